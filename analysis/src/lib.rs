@@ -1,0 +1,25 @@
+//! Records to tidy tables: polars frames, summaries with intervals, comparisons.
+//!
+//! [`load`] turns records into [`Tables`]: one row a sample, one row a cell, one row a cell and
+//! stage. Statistics come from [`oit_record::statistics`] only.
+
+mod cell;
+mod compare;
+mod error;
+mod run;
+mod tables;
+mod technique;
+
+pub use cell::{CellResult, State, Timing};
+pub use compare::{Ratio, compare};
+pub use error::{AnalysisError, CompareError};
+pub use run::RunInfo;
+pub use tables::{BOOTSTRAP_SEED, Tables, load};
+pub use technique::{Technique, scene_name};
+
+/// The stage name under which the sum of `group` and `resolve` is summarised: what the papers call
+/// the resolve pass, which under backwards memory allocation includes grouping the pixels.
+pub const RESOLVE: &str = "resolve+group";
+
+/// The stage name of the time from before the first stage to after the last.
+pub const TOTAL: &str = "total";

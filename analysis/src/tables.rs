@@ -1,0 +1,318 @@
+//! The tidy tables: built with polars, written as parquet and CSV.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::Path;
+
+use oit_record::statistics::{self, Summary};
+use oit_record::{Record, Verdict, Verification};
+use polars::prelude::*;
+
+use crate::cell::{RawSamples, collect};
+use crate::{AnalysisError, CellResult, RESOLVE, RunInfo, State, Timing, scene_name};
+
+/// The seed of every bootstrap, so that the same records give the same tables.
+pub const BOOTSTRAP_SEED: u64 = 2014;
+
+/// What a cell is, in every table.
+const KEY_COLUMNS: [&str; 19] = [
+    "run",
+    "device",
+    "backend",
+    "experiment",
+    "profile",
+    "cell",
+    "technique",
+    "capture",
+    "schedule",
+    "sort",
+    "shader_stage",
+    "max",
+    "ties",
+    "pool_percent",
+    "scene",
+    "scene_name",
+    "view",
+    "width_px",
+    "height_px",
+];
+
+/// Records as tables.
+#[derive(Clone, Debug)]
+pub struct Tables {
+    /// The runs, in the order of the records.
+    pub runs: Vec<RunInfo>,
+    /// Every cell of every run with its times, for code that wants types and not frames.
+    pub results: Vec<CellResult>,
+    /// One row a sample and stage, `total` among the stages: what a cell is, then `stage`,
+    /// `sample`, `ns`. Cells of every state are here.
+    pub samples: DataFrame,
+    /// One row a cell: what it is, what became of it, errors, memory, pool, depth complexity.
+    pub cells: DataFrame,
+    /// One row a charted cell and stage, [`RESOLVE`] and [`crate::TOTAL`] among the stages: `n`,
+    /// `median_ns`, quartiles, and the 95 % bootstrap interval of the median.
+    pub summary: DataFrame,
+}
+
+/// Builds the tables of `records`.
+///
+/// # Errors
+/// Where a record contradicts itself, or the same folder is given twice.
+pub fn load(records: &[Record]) -> Result<Tables, AnalysisError> {
+    let runs = RunInfo::of(records)?;
+    let mut collected = Vec::new();
+    for (run, record) in records.iter().enumerate() {
+        collected.extend(collect(record, run)?);
+    }
+    let cells = cells_frame(&runs, &collected)?;
+    let raw = raw_frame(&runs, &collected)?;
+    let keys = cells.clone().lazy().select(KEY_COLUMNS.map(col));
+    let samples = with_keys(&keys, raw.clone(), &["stage", "sample", "ns"])?;
+
+    let charted = cells.clone().lazy().filter(col("state").eq(lit(State::Charted.name())));
+    let charted = raw.lazy().join(
+        charted.select([col("run"), col("cell")]),
+        [col("run"), col("cell")],
+        [col("run"), col("cell")],
+        JoinArgs::new(JoinType::Inner),
+    );
+    // What the papers call the resolve pass, sample by sample.
+    let resolve = charted
+        .clone()
+        .filter(col("stage").eq(lit("group")).or(col("stage").eq(lit("resolve"))))
+        .group_by([col("run"), col("cell"), col("sample")])
+        .agg([col("ns").sum()])
+        .select([col("run"), col("cell"), lit(RESOLVE).alias("stage"), col("sample"), col("ns")]);
+    let grouped = concat([charted, resolve], UnionArgs::default())?
+        .sort(["run", "cell", "stage", "sample"], SortMultipleOptions::default())
+        .group_by_stable([col("run"), col("cell"), col("stage")])
+        .agg([col("ns")])
+        .collect()?;
+    let timings = timings(&grouped)?;
+    let summary = with_keys(
+        &keys,
+        summary_frame(&timings)?,
+        &["stage", "n", "median_ns", "q1_ns", "q3_ns", "low_ns", "high_ns"],
+    )?;
+
+    let mut times: BTreeMap<(String, usize), BTreeMap<String, Timing>> = BTreeMap::new();
+    for (run, cell, stage, timing) in timings {
+        times.entry((run, cell as usize)).or_default().insert(stage, timing);
+    }
+    let mut results: Vec<CellResult> = collected.into_iter().map(|(result, _)| result).collect();
+    for result in &mut results {
+        let key = (runs[result.run].name.clone(), result.cell);
+        result.times = times.remove(&key).unwrap_or_default();
+    }
+    Ok(Tables { runs, results, samples, cells, summary })
+}
+
+impl Tables {
+    /// Writes `samples`, `cells` and `summary` to a folder, each as parquet and CSV.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn write(&mut self, folder: &Path) -> Result<(), AnalysisError> {
+        let error = |path: &Path| {
+            let path = path.to_owned();
+            |error| AnalysisError::Write { path, error }
+        };
+        fs::create_dir_all(folder).map_err(error(folder))?;
+        let frames = [
+            ("samples", &mut self.samples),
+            ("cells", &mut self.cells),
+            ("summary", &mut self.summary),
+        ];
+        for (name, frame) in frames {
+            let path = folder.join(format!("{name}.parquet"));
+            let mut file = File::create(&path).map_err(error(&path))?;
+            ParquetWriter::new(&mut file)
+                .with_compression(ParquetCompression::Uncompressed)
+                .finish(frame)?;
+            let path = folder.join(format!("{name}.csv"));
+            let mut file = File::create(&path).map_err(error(&path))?;
+            CsvWriter::new(&mut file).finish(frame)?;
+        }
+        Ok(())
+    }
+
+    /// Every cell of one run and one group (scene, view, resolution).
+    pub fn group<'a>(&'a self, run: usize, group: &'a str) -> impl Iterator<Item = &'a CellResult> {
+        self.results.iter().filter(move |cell| cell.run == run && cell.name.group() == group)
+    }
+}
+
+/// Puts the columns that say what a cell is before `columns` of `frame`, and sorts the rows.
+fn with_keys(keys: &LazyFrame, frame: DataFrame, columns: &[&str]) -> PolarsResult<DataFrame> {
+    let on = [col("run"), col("cell")];
+    let all = KEY_COLUMNS.iter().chain(columns).map(|&name| col(name)).collect::<Vec<_>>();
+    let order: Vec<&str> = ["run", "cell"]
+        .into_iter()
+        .chain(columns.iter().copied().filter(|name| ["stage", "sample"].contains(name)))
+        .collect();
+    let join = JoinArgs::new(JoinType::Inner);
+    frame
+        .lazy()
+        .join(keys.clone(), on.clone(), on, join)
+        .select(all)
+        .sort(order, SortMultipleOptions::default())
+        .collect()
+}
+
+fn column<T>(name: &str, values: Vec<T>) -> Column
+where
+    Series: NamedFrom<Vec<T>, [T]>,
+    Vec<T>: AsRef<[T]>,
+{
+    Series::new(name.into(), values).into()
+}
+
+fn raw_frame(runs: &[RunInfo], collected: &[(CellResult, RawSamples)]) -> PolarsResult<DataFrame> {
+    let mut rows: Vec<(&str, u32, &str, u32, u64)> = Vec::new();
+    for (result, raw) in collected {
+        for (&sample, stages) in raw {
+            for (stage, ns) in stages {
+                let run = runs[result.run].name.as_str();
+                rows.push((run, result.cell as u32, stage, sample, *ns));
+            }
+        }
+    }
+    DataFrame::new(
+        rows.len(),
+        vec![
+            column("run", rows.iter().map(|row| row.0).collect()),
+            column("cell", rows.iter().map(|row| row.1).collect()),
+            column("stage", rows.iter().map(|row| row.2).collect()),
+            column("sample", rows.iter().map(|row| row.3).collect()),
+            column("ns", rows.iter().map(|row| row.4).collect()),
+        ],
+    )
+}
+
+fn cells_frame(
+    runs: &[RunInfo],
+    collected: &[(CellResult, RawSamples)],
+) -> PolarsResult<DataFrame> {
+    let cells: Vec<&CellResult> = collected.iter().map(|(result, _)| result).collect();
+    let text = |name: &str, of: &dyn Fn(&CellResult) -> String| {
+        // An empty part is a part that the technique does not have.
+        let values = cells.iter().map(|cell| Some(of(cell)).filter(|text| !text.is_empty()));
+        column(name, values.collect::<Vec<Option<String>>>())
+    };
+    let whole = |name: &str, of: &dyn Fn(&CellResult) -> u32| {
+        column(name, cells.iter().map(|cell| of(cell)).collect::<Vec<u32>>())
+    };
+    let checked = |name: &str, of: &dyn Fn(&Verification) -> u64| {
+        let values = cells.iter().map(|cell| cell.verification.as_ref().map(of));
+        column(name, values.collect::<Vec<Option<u64>>>())
+    };
+    let measured = |name: &str, of: &dyn Fn(&Verification) -> f64| {
+        let values = cells.iter().map(|cell| cell.verification.as_ref().map(of));
+        column(name, values.collect::<Vec<Option<f64>>>())
+    };
+    let counted = |name: &str, of: &dyn Fn(&[u64]) -> u64| {
+        let values = cells.iter().map(|cell| runs[cell.run].histogram(&cell.name.group()).map(of));
+        column(name, values.collect::<Vec<Option<u64>>>())
+    };
+    let run = |cell: &CellResult| &runs[cell.run];
+    let dirty = cells.iter().map(|cell| run(cell).run.git_dirty).collect::<Vec<Option<bool>>>();
+    let verdict = |cell: &CellResult| match cell.verification.as_ref().map(|v| v.verdict) {
+        None => String::new(),
+        Some(Verdict::Exact) => "exact".to_owned(),
+        Some(Verdict::Approximate) => "approximate".to_owned(),
+        Some(Verdict::Wrong) => "wrong".to_owned(),
+    };
+    DataFrame::new(
+        cells.len(),
+        vec![
+            text("run", &|cell| run(cell).name.clone()),
+            text("device", &|cell| run(cell).run.device.name.clone()),
+            text("backend", &|cell| run(cell).run.device.backend.clone()),
+            text("experiment", &|cell| run(cell).run.experiment.clone()),
+            text("profile", &|cell| run(cell).run.profile.clone()),
+            whole("cell", &|cell| cell.cell as u32),
+            text("technique", &|cell| cell.name.technique.clone()),
+            text("capture", &|cell| cell.technique.capture.clone()),
+            text("schedule", &|cell| cell.technique.schedule.clone()),
+            text("sort", &|cell| cell.technique.sort.clone()),
+            text("shader_stage", &|cell| cell.technique.shader_stage.clone()),
+            text("max", &|cell| cell.technique.max.clone()),
+            text("ties", &|cell| cell.technique.ties.clone()),
+            text("pool_percent", &|cell| cell.technique.pool_percent.clone()),
+            text("scene", &|cell| cell.name.scene.clone()),
+            text("scene_name", &|cell| scene_name(&cell.name.scene).to_owned()),
+            text("view", &|cell| cell.name.view.clone()),
+            whole("width_px", &|cell| cell.name.width_px),
+            whole("height_px", &|cell| cell.name.height_px),
+            text("driver", &|cell| run(cell).run.device.driver.clone()),
+            text("api", &|cell| run(cell).run.device.api.clone()),
+            text("commit", &|cell| run(cell).run.git_commit.clone().unwrap_or_default()),
+            column("dirty", dirty),
+            text("started", &|cell| run(cell).run.started.clone()),
+            text("state", &|cell| cell.state.name().to_owned()),
+            text("reason", &|cell| cell.reason.clone().unwrap_or_default()),
+            text("verdict", &verdict),
+            whole("samples", &|cell| cell.samples as u32),
+            checked("wrong_px", &|v| v.wrong_px),
+            measured("max_error", &|v| v.max_error),
+            measured("rmse", &|v| v.rmse),
+            measured("max_alpha_error", &|v| v.max_alpha_error),
+            checked("fragments_missing", &|v| v.fragments_missing),
+            checked("fragments_extra", &|v| v.fragments_extra),
+            checked("tied_px", &|v| v.tied_px),
+            checked("max_frags", &|v| u64::from(v.max_frags)),
+            checked("pool_initial", &|v| v.pool_initial),
+            checked("pool_final", &|v| v.pool_final),
+            checked("pool_grown", &|v| u64::from(v.pool_grown)),
+            checked("memory_bytes", &|v| v.memory_bytes),
+            measured("prepare_ms", &|v| v.prepare_ms),
+            counted("peak_depth", &|histogram| {
+                histogram.iter().rposition(|&pixels| pixels > 0).unwrap_or(0) as u64
+            }),
+            counted("total_fragments", &|histogram| {
+                // A damaged histogram must not overflow.
+                (0_u64..)
+                    .zip(histogram)
+                    .fold(0, |sum, (n, &pixels)| sum.saturating_add(n.saturating_mul(pixels)))
+            }),
+        ],
+    )
+}
+
+/// Reads the grouped frame back, and summarises every group.
+fn timings(grouped: &DataFrame) -> PolarsResult<Vec<(String, u32, String, Timing)>> {
+    let (runs, cells) = (grouped.column("run")?.str()?, grouped.column("cell")?.u32()?);
+    let (stages, lists) = (grouped.column("stage")?.str()?, grouped.column("ns")?.list()?);
+    let mut timings = Vec::new();
+    for row in 0..grouped.height() {
+        let (Some(run), Some(cell)) = (runs.get(row), cells.get(row)) else { continue };
+        let (Some(stage), Some(list)) = (stages.get(row), lists.get_as_series(row)) else {
+            continue;
+        };
+        let samples_ns: Vec<u64> = list.u64()?.iter().flatten().collect();
+        let values: Vec<f64> = samples_ns.iter().map(|&ns| ns as f64).collect();
+        let Some(summary) = statistics::summarize(&values, BOOTSTRAP_SEED) else { continue };
+        timings.push((run.to_owned(), cell, stage.to_owned(), Timing { samples_ns, summary }));
+    }
+    Ok(timings)
+}
+
+fn summary_frame(timings: &[(String, u32, String, Timing)]) -> PolarsResult<DataFrame> {
+    let of = |name: &str, of: fn(&Summary) -> f64| {
+        column(name, timings.iter().map(|row| of(&row.3.summary)).collect::<Vec<f64>>())
+    };
+    DataFrame::new(
+        timings.len(),
+        vec![
+            column("run", timings.iter().map(|row| row.0.clone()).collect::<Vec<String>>()),
+            column("cell", timings.iter().map(|row| row.1).collect::<Vec<u32>>()),
+            column("stage", timings.iter().map(|row| row.2.clone()).collect::<Vec<String>>()),
+            column("n", timings.iter().map(|row| row.3.summary.samples as u32).collect::<Vec<_>>()),
+            of("median_ns", |summary| summary.median),
+            of("q1_ns", |summary| summary.q1),
+            of("q3_ns", |summary| summary.q3),
+            of("low_ns", |summary| summary.low),
+            of("high_ns", |summary| summary.high),
+        ],
+    )
+}

@@ -1,0 +1,25 @@
+//! Backwards memory allocation: intervals, and the passes that group pixels by depth complexity.
+//!
+//! Knowles, Leach and Zambetta, "Backwards Memory Allocation and Improved OIT", Pacific Graphics
+//! 2013. A sorting array sized for the deepest pixel slows every pixel; so pixels are grouped by
+//! how many fragments they have, and each group is resolved by a program with an array of its size.
+
+mod intervals;
+mod list;
+mod stencil;
+
+pub use intervals::{BadIntervals, Interval, Intervals};
+pub use list::{ListGrouping, list_grouping};
+pub use stencil::{mask_pass, masked, stencil_target};
+
+/// What is grouped.
+#[derive(Clone, Copy, Debug)]
+pub struct GroupRequest<'a> {
+    /// WGSL that declares what it needs at bindings below 16 and defines
+    /// `fn pixel_count(pixel: u32) -> u32`.
+    pub count_wgsl: &'a str,
+    /// Pixels a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}

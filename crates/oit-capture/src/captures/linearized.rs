@@ -1,0 +1,94 @@
+//! `linearized`: each pixel's fragments in one run of an array.
+
+use oit_fragments::{Lfb, LfbError};
+use oit_gpu::{Buffer, Pass};
+
+use crate::draw::{capture_pass, count_pass, coverage, pixel_buffer, pool_slots};
+use crate::scan::exclusive_scan;
+use crate::{Capture, CaptureError, CapturePasses, CaptureRequest, LfbReader};
+
+/// Each pixel's fragments in one run of an array (LFB chapter, section 20.4). A first pass counts
+/// each pixel's fragments, prefix sums turn the counts into where the runs start, and a second pass
+/// puts the fragments there.
+///
+/// Buffers: `offsets` (a `u32` a pixel: its count, then where its run starts, and in the end where
+/// it ends, so that a run starts where the one before it ends), `fragments` (a `vec2<u32>` each),
+/// `total` (one `u32`), and the scan's own.
+///
+/// In a pool that is too small the runs that fit are whole, one is cut, and those behind it are
+/// empty: `offsets` then say where the runs would be.
+#[derive(Clone, Copy, Debug)]
+pub struct Linearized;
+
+impl Capture for Linearized {
+    fn name(&self) -> &'static str {
+        "linearized"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Each pixel's fragments in one run of an array: counted, prefix sums, captured."
+    }
+
+    fn citation(&self) -> &'static str {
+        "Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL Insights, 2012, \
+         section 20.4"
+    }
+
+    fn layout_wgsl(&self) -> &'static str {
+        include_str!("linearized_layout.wgsl")
+    }
+
+    fn random_access(&self) -> bool {
+        true
+    }
+
+    fn count_wgsl(&self) -> &'static str {
+        include_str!("linearized_count.wgsl")
+    }
+
+    fn build(&self, request: &CaptureRequest) -> CapturePasses {
+        let pixels = request.width_px * request.height_px;
+        let (sums, scan) = exclusive_scan("scan", "offsets", pixels, "total");
+        let mut buffers = request.geometry.buffers();
+        buffers.extend([
+            pixel_buffer("offsets", request),
+            Buffer::new("total", 4),
+            Buffer::new("fragments", 8 * pool_slots(request.pool_fragments)),
+        ]);
+        buffers.extend(sums);
+        let mut passes = vec![Pass::clear("clear", "offsets"), count_pass(request, "offsets")];
+        passes.extend(scan);
+        passes.push(capture_pass(request, "linearized", &[include_str!("linearized.wgsl")]));
+        CapturePasses { buffers, targets: vec![coverage(request)], passes }
+    }
+
+    fn needed(&self, read: &mut LfbReader) -> Result<u64, CaptureError> {
+        Ok(u64::from(read.words("total", 1)?[0]))
+    }
+
+    fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
+        let total = self.needed(read)?;
+        let stored = total.min(pool_slots(read.pool_fragments));
+        let ends = read.words("offsets", read.pixels())?;
+        let fragments = read.fragments(stored)?;
+
+        let mut offsets = Vec::with_capacity(ends.len() + 1);
+        offsets.push(0);
+        let mut start = 0;
+        for (pixel, &end) in ends.iter().enumerate() {
+            if end < start {
+                return Err(LfbError::OffsetsFall { pixel }.into());
+            }
+            start = end;
+            offsets.push(u64::from(end).min(stored) as usize);
+        }
+        if u64::from(start) != total {
+            let what = format!("{total} fragments were counted and {start} captured");
+            return Err(LfbError::Structure { pixel: ends.len().saturating_sub(1), what }.into());
+        }
+        Ok(Lfb::new(read.width_px, read.height_px, offsets, fragments)?)
+    }
+
+    /// A run is filled from its start: the order is that of submission.
+    fn order(&self, _submitted: &mut Lfb) {}
+}

@@ -1,0 +1,121 @@
+//! `linked_list`: a list of nodes a pixel.
+
+use oit_fragments::{Lfb, LfbError};
+use oit_gpu::{Buffer, Pass};
+
+use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
+use crate::{Capture, CaptureError, CapturePasses, CaptureRequest, LfbReader};
+
+/// A list of nodes a pixel, grown at its head (LFB chapter, section 20.3). One pass: a global
+/// counter hands out nodes, and the exchange of a pixel's head links one in.
+///
+/// Buffers: `heads` (a `u32` a pixel: 0, or the newest node plus one), `nexts` (a `u32` a node, the
+/// same), `fragments` (a `vec2<u32>` a node), `node_count` (one `u32`), and `counts` if asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkedList;
+
+const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
+
+impl Capture for LinkedList {
+    fn name(&self) -> &'static str {
+        "linked_list"
+    }
+
+    fn summary(&self) -> &'static str {
+        "A linked list a pixel, its nodes handed out by one atomic counter, in one pass."
+    }
+
+    fn citation(&self) -> &'static str {
+        "Yang et al., Real-Time Concurrent Linked List Construction on the GPU, EGSR 2010; \
+         Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL Insights, 2012, \
+         section 20.3"
+    }
+
+    fn layout_wgsl(&self) -> &'static str {
+        include_str!("linked_list_layout.wgsl")
+    }
+
+    fn random_access(&self) -> bool {
+        false
+    }
+
+    fn count_wgsl(&self) -> &'static str {
+        include_str!("linked_list_count.wgsl")
+    }
+
+    fn build(&self, request: &CaptureRequest) -> CapturePasses {
+        let slots = pool_slots(request.pool_fragments);
+        let mut buffers = request.geometry.buffers();
+        buffers.extend([
+            pixel_buffer("heads", request),
+            Buffer::new("node_count", 4),
+            Buffer::new("nexts", 4 * slots),
+            Buffer::new("fragments", 8 * slots),
+        ]);
+        let mut passes = vec![Pass::clear("clear", "heads"), Pass::clear("clear", "node_count")];
+        let counted = if request.counts {
+            buffers.push(pixel_buffer("counts", request));
+            passes.push(Pass::clear("clear", "counts"));
+            include_str!("linked_list_counted.wgsl")
+        } else {
+            UNCOUNTED
+        };
+        passes.push(capture_pass(
+            request,
+            "linked_list",
+            &[counted, include_str!("linked_list.wgsl")],
+        ));
+        CapturePasses { buffers, targets: vec![coverage(request)], passes }
+    }
+
+    fn needed(&self, read: &mut LfbReader) -> Result<u64, CaptureError> {
+        Ok(u64::from(read.words("node_count", 1)?[0]))
+    }
+
+    fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
+        let stored = self.needed(read)?.min(pool_slots(read.pool_fragments));
+        let heads = read.words("heads", read.pixels())?;
+        let nexts = read.words("nexts", stored)?;
+        let fragments = read.fragments(stored)?;
+
+        let mut seen = vec![false; fragments.len()];
+        let mut offsets = Vec::with_capacity(heads.len() + 1);
+        let mut listed = Vec::with_capacity(fragments.len());
+        offsets.push(0);
+        for (pixel, &head) in heads.iter().enumerate() {
+            let mut link = head;
+            while link != 0 {
+                let node = link as usize - 1;
+                match seen.get_mut(node) {
+                    Some(seen) if !*seen => *seen = true,
+                    Some(_) => {
+                        let what = format!("node {node} is linked twice");
+                        return Err(LfbError::Structure { pixel, what }.into());
+                    }
+                    None => {
+                        let what = format!("node {node} of a pool in which {stored} are used");
+                        return Err(LfbError::Structure { pixel, what }.into());
+                    }
+                }
+                listed.push(fragments[node]);
+                link = nexts[node];
+            }
+            offsets.push(listed.len());
+        }
+        if let Some(node) = seen.iter().position(|seen| !seen) {
+            return Err(CaptureError::Lost { node });
+        }
+        Ok(Lfb::new(read.width_px, read.height_px, offsets, listed)?)
+    }
+
+    /// A list is read from its head: the last submitted comes first.
+    fn order(&self, submitted: &mut Lfb) {
+        let offsets = submitted.offsets().to_vec();
+        let mut fragments = submitted.fragments().to_vec();
+        for pixel in offsets.windows(2) {
+            fragments[pixel[0]..pixel[1]].reverse();
+        }
+        *submitted = Lfb::new(submitted.width(), submitted.height(), offsets, fragments)
+            .expect("the offsets are those of a buffer");
+    }
+}

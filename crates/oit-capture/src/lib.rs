@@ -1,0 +1,16 @@
+//! Capture methods: how each fills a layered fragment buffer, as a plan and as a CPU twin.
+
+mod capture;
+mod captures;
+mod draw;
+mod frame;
+mod geometry;
+mod raster;
+mod scan;
+
+pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest};
+pub use captures::{CAPTURES, Linearized, LinkedList, UnknownCapture, capture};
+pub use draw::count_plan;
+pub use frame::Frame;
+pub use geometry::{Geometry, LfbReader, MeshBytes};
+pub use raster::{rasterize, rasterize_counts};

@@ -1,0 +1,114 @@
+//! The plans and all their WGSL, without a device.
+
+mod support;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use oit_capture::{CAPTURES, CaptureRequest, Geometry, MeshBytes, count_plan};
+use oit_gpu::{Contents, Plan, Shader, Work};
+use std::sync::Arc;
+use support::*;
+
+fn validate(label: &str, wgsl: &str) {
+    let module = naga::front::wgsl::parse_str(wgsl)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string_with_path(wgsl, label)));
+    Validator::new(ValidationFlags::all(), Capabilities::EARLY_DEPTH_TEST)
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string_with_path(wgsl, label)));
+}
+
+fn shaders(plan: &Plan) -> impl Iterator<Item = &Shader> {
+    plan.passes.iter().filter_map(|pass| match &pass.work {
+        Work::Clear { .. } => None,
+        Work::Compute { shader, .. } => Some(shader),
+        Work::Raster(raster) => Some(&raster.shader),
+    })
+}
+
+fn geometry(width_px: u32, height_px: u32) -> Geometry {
+    Geometry::new(&random_mesh(1, 10), &UNLIT, &perspective_camera(), width_px, height_px)
+}
+
+fn plans(request: &CaptureRequest) -> Vec<Plan> {
+    let capture_plan = |capture: &&dyn oit_capture::Capture| {
+        let passes = capture.build(request);
+        Plan {
+            name: capture.name().into(),
+            buffers: passes.buffers,
+            targets: passes.targets,
+            passes: passes.passes,
+        }
+    };
+    CAPTURES.iter().map(capture_plan).chain([count_plan(request)]).collect()
+}
+
+#[test]
+fn every_plan_is_sound() {
+    for (width_px, height_px) in [(1, 1), (64, 16), (1025, 1), (960, 540), (8192, 8192)] {
+        let geometry = geometry(width_px, height_px);
+        for counts in [false, true] {
+            for pool_fragments in [1, 1000] {
+                let request = CaptureRequest {
+                    geometry: &geometry,
+                    width_px,
+                    height_px,
+                    pool_fragments,
+                    counts,
+                };
+                for plan in plans(&request) {
+                    plan.check().unwrap_or_else(|error| panic!("{width_px}x{height_px}: {error}"));
+                    shaders(&plan).for_each(|shader| validate(&shader.label, &shader.wgsl));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stages_are_those_of_the_chapter() {
+    let geometry = geometry(8, 8);
+    let request = CaptureRequest {
+        geometry: &geometry,
+        width_px: 8,
+        height_px: 8,
+        pool_fragments: 9,
+        counts: true,
+    };
+    let stages: Vec<_> = plans(&request).iter().map(Plan::stages).collect();
+    assert_eq!(
+        stages,
+        [
+            vec!["clear", "capture"],
+            vec!["clear", "count", "scan", "capture"],
+            vec!["clear", "count"]
+        ]
+    );
+}
+
+#[test]
+fn every_layout_keeps_its_word() {
+    for capture in CAPTURES {
+        let mut body = "lfb_begin(3u); while (lfb_more()) { out += lfb_next(); }".to_owned();
+        if capture.random_access() {
+            body += "for (var i = 0u; i < lfb_len(); i++) { out += lfb_at(i); }";
+        }
+        let result = "@group(0) @binding(16) var<storage, read_write> out: vec2<u32>;";
+        let main = "@compute @workgroup_size(1) fn main()";
+        validate(capture.name(), &format!("{}{result}{main} {{ {body} }}", capture.layout_wgsl()));
+        let body = "out.x = pixel_count(3u);";
+        validate(capture.name(), &format!("{}{result}{main} {{ {body} }}", capture.count_wgsl()));
+    }
+}
+
+#[test]
+fn two_views_share_one_mesh() {
+    let mesh = MeshBytes::new(&random_mesh(1, 100));
+    let [a, b] = [(8, 8), (16, 8)]
+        .map(|(width_px, height_px)| mesh.view(&UNLIT, &perspective_camera(), width_px, height_px));
+    assert!(Arc::ptr_eq(&a.vertices, &b.vertices) && Arc::ptr_eq(&a.indices, &b.indices));
+    assert_ne!(a.frame, b.frame);
+    let buffers = a.buffers();
+    let shared = buffers.iter().any(
+        |buffer| matches!(&buffer.contents, Contents::Data(data) if Arc::ptr_eq(data, &b.vertices)),
+    );
+    assert!(shared, "buffers take the bytes as they are");
+}

@@ -1,0 +1,124 @@
+//! Small scenes for the tests.
+#![allow(dead_code, reason = "each test binary uses a part")]
+
+use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
+
+pub(crate) const UNLIT: Shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
+
+/// A camera under which world x and y are pixels, y upwards, and z from 0 to -1 is depth 0 to 1.
+/// Exact where width and height are powers of two.
+pub(crate) fn pixel_camera(width: u32, height: u32) -> Camera {
+    let (x, y) = (width as f32 / 2.0, height as f32 / 2.0);
+    Camera {
+        eye: [x, y, 0.0],
+        target: [x, y, -1.0],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: height as f32, near: 0.0, far: 1.0 },
+    }
+}
+
+pub(crate) fn perspective_camera() -> Camera {
+    Camera {
+        eye: [0.3, 0.2, 2.0],
+        target: [0.0; 3],
+        up: [0.1, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y_degrees: 60.0, near: 0.5, far: 4.0 },
+    }
+}
+
+pub(crate) fn vertex(position: [f32; 3]) -> Vertex {
+    Vertex { position, normal: [0.0, 0.0, 1.0], rgba: [255; 4] }
+}
+
+/// Triangles that share no vertex.
+pub(crate) fn soup(triangles: &[[[f32; 3]; 3]]) -> Mesh {
+    let vertices: Vec<_> = triangles.as_flattened().iter().map(|&p| vertex(p)).collect();
+    let indices = (0..vertices.len() as u32).collect();
+    Mesh { vertices, indices }
+}
+
+pub(crate) fn random_vertex(random: &mut SplitMix64, reach: f32) -> Vertex {
+    let mut vector = |reach: f32| [0; 3].map(|_| random.between(-reach, reach));
+    let (position, normal) = (vector(reach), vector(1.0));
+    let rgba = (random.next_u64() as u32).to_le_bytes();
+    Vertex { position, normal, rgba }
+}
+
+/// Random triangles: large ones that intersect and cross the near and the far plane, small ones, and
+/// fans of shared edges.
+pub(crate) fn random_mesh(seed: u64, triangles: usize) -> Mesh {
+    let mut random = SplitMix64::new(seed);
+    let mut mesh = Mesh::default();
+    while mesh.triangle_count() < triangles {
+        let first = mesh.vertices.len() as u32;
+        match random.below(3) {
+            0 => {
+                mesh.vertices.extend([0; 3].map(|_| random_vertex(&mut random, 2.5)));
+                mesh.indices.extend([first, first + 1, first + 2]);
+            }
+            1 => {
+                let hub = random_vertex(&mut random, 1.0);
+                mesh.vertices.push(hub);
+                for _ in 0..2 {
+                    let mut corner = random_vertex(&mut random, 0.2);
+                    for (own, hub) in corner.position.iter_mut().zip(hub.position) {
+                        *own += hub;
+                    }
+                    mesh.vertices.push(corner);
+                }
+                mesh.indices.extend([first, first + 2, first + 1]);
+            }
+            _ => {
+                let hub = random_vertex(&mut random, 1.0);
+                mesh.vertices.push(hub);
+                let sides = 3 + random.below(6) as u32;
+                for side in 0..sides {
+                    let angle = side as f32 / sides as f32 * std::f32::consts::TAU;
+                    let mut corner = random_vertex(&mut random, 1.0);
+                    corner.position = [
+                        hub.position[0] + angle.cos(),
+                        hub.position[1] + angle.sin(),
+                        corner.position[2],
+                    ];
+                    mesh.vertices.push(corner);
+                    mesh.indices.extend([first, first + 1 + side, first + 1 + (side + 1) % sides]);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+/// A grid of `n` by `n` cells over a square, inner vertices moved by up to 0.2 of a cell, each cell
+/// cut along a diagonal, either way round: the square is covered exactly once.
+pub(crate) fn jittered_square(seed: u64, n: u32, low: f32, high: f32, z: f32) -> Mesh {
+    let mut random = SplitMix64::new(seed);
+    let cell = (high - low) / n as f32;
+    let mut mesh = Mesh::default();
+    for row in 0..=n {
+        for column in 0..=n {
+            let mut at = |i: u32| {
+                let inner = i > 0 && i < n;
+                // Little enough that every cell stays convex.
+                let jitter = if inner { random.between(-0.2, 0.2) } else { 0.0 };
+                if i == n { high } else { low + (i as f32 + jitter) * cell }
+            };
+            let (x, y) = (at(column), at(row));
+            mesh.vertices.push(vertex([x, y, z]));
+        }
+    }
+    for row in 0..n {
+        for column in 0..n {
+            let a = row * (n + 1) + column;
+            let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
+            let pair = match random.below(4) {
+                0 => [[a, b, c], [a, c, d]],
+                1 => [[a, c, b], [d, a, c]],
+                2 => [[a, b, d], [d, b, c]],
+                _ => [[b, a, d], [b, c, d]],
+            };
+            mesh.indices.extend(pair.as_flattened());
+        }
+    }
+    mesh
+}

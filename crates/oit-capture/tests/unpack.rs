@@ -1,0 +1,259 @@
+//! Reading captures back: what a device leaves, what a pool that is too small leaves, and damage.
+
+mod support;
+
+use std::collections::HashMap;
+
+use oit_capture::{CAPTURES, Capture, CaptureError, LfbReader, Linearized, LinkedList, capture};
+use oit_fragments::{Fragment, Lfb, LfbError};
+use oit_gpu::GpuError;
+use oit_scene::SplitMix64;
+use proptest::prelude::*;
+
+/// What a device leaves: buffers by name.
+#[derive(Clone, Debug)]
+struct Memory {
+    width_px: u32,
+    height_px: u32,
+    pool_fragments: u64,
+    buffers: HashMap<&'static str, Vec<u8>>,
+}
+
+impl Memory {
+    fn with<R>(&self, read: impl FnOnce(&mut LfbReader) -> R) -> R {
+        read(&mut LfbReader {
+            width_px: self.width_px,
+            height_px: self.height_px,
+            pool_fragments: self.pool_fragments,
+            read: &mut |name| {
+                let missing = || GpuError::Device(format!("no buffer {name}"));
+                self.buffers.get(name).cloned().ok_or_else(missing)
+            },
+        })
+    }
+
+    fn unpack(&self, capture: &dyn Capture) -> Result<Lfb, CaptureError> {
+        self.with(|read| capture.unpack(read))
+    }
+
+    fn set(&mut self, buffer: &str, word: usize, value: u32) {
+        let bytes = self.buffers.get_mut(buffer).expect("a buffer of the capture");
+        bytes[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
+    }
+}
+
+fn bytes(words: impl IntoIterator<Item = u32>) -> Vec<u8> {
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+/// What a device would leave of these fragments, submitted pixel by pixel from the last pixel on.
+fn memory(capture: &dyn Capture, lfb: &Lfb, pool_fragments: u64) -> Memory {
+    let pool = pool_fragments as usize;
+    let total = lfb.fragments().len();
+    // What was never written.
+    let mut fragments = vec![Fragment { rgba: 0xcdcd_cdcd, depth_key: 0xcdcd_cdcd }; pool];
+    let buffers = match capture.name() {
+        "linked_list" => {
+            let mut heads = vec![0; lfb.pixels()];
+            let mut nexts = vec![0xcdcd_cdcd; pool];
+            let mut node = 0;
+            for pixel in (0..lfb.pixels()).rev() {
+                for &fragment in lfb.pixel(pixel) {
+                    if node < pool {
+                        nexts[node] = heads[pixel];
+                        heads[pixel] = node as u32 + 1;
+                        fragments[node] = fragment;
+                    }
+                    node += 1;
+                }
+            }
+            let count = vec![total as u32];
+            vec![("heads", bytes(heads)), ("nexts", bytes(nexts)), ("node_count", bytes(count))]
+        }
+        "linearized" => {
+            let stored = total.min(pool);
+            fragments[..stored].copy_from_slice(&lfb.fragments()[..stored]);
+            let ends = lfb.offsets()[1..].iter().map(|&end| end as u32);
+            vec![("offsets", bytes(ends)), ("total", bytes([total as u32]))]
+        }
+        name => panic!("say here what {name} leaves"),
+    };
+    let mut buffers: HashMap<_, _> = buffers.into_iter().collect();
+    buffers.insert("fragments", bytemuck::cast_slice(&fragments).to_vec());
+    Memory { width_px: lfb.width(), height_px: lfb.height(), pool_fragments, buffers }
+}
+
+fn random_lfb(seed: u64, width: u32, height: u32) -> Lfb {
+    let mut random = SplitMix64::new(seed);
+    let lists: Vec<Vec<_>> = (0..width * height)
+        .map(|_| {
+            let fragments = random.below(5);
+            (0..fragments)
+                .map(|_| Fragment::new(random.unit(), (random.next_u64() as u32).to_le_bytes()))
+                .collect()
+        })
+        .collect();
+    Lfb::from_lists(width, height, &lists)
+}
+
+#[test]
+fn what_a_device_leaves_is_read_in_the_order_of_the_twin() {
+    for capture in CAPTURES {
+        for (seed, (width, height)) in [(1, 1), (7, 5), (16, 16), (3, 40)].into_iter().enumerate() {
+            let submitted = random_lfb(seed as u64, width, height);
+            let total = submitted.fragments().len() as u64;
+            for pool in [total.max(2), total + 9] {
+                let memory = memory(*capture, &submitted, pool);
+                let mut expected = submitted.clone();
+                capture.order(&mut expected);
+                assert_eq!(memory.unpack(*capture).expect("undamaged"), expected);
+                assert_eq!(memory.with(|read| capture.needed(read)).expect("undamaged"), total);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_full_pool_gives_what_it_holds_and_says_what_was_needed() {
+    for capture in CAPTURES {
+        let submitted = random_lfb(5, 6, 6);
+        let total = submitted.fragments().len() as u64;
+        for pool in [2, total / 2, total - 1] {
+            let memory = memory(*capture, &submitted, pool);
+            assert_eq!(memory.with(|read| capture.needed(read)).expect("undamaged"), total);
+            let stored = memory.unpack(*capture).expect("undamaged");
+            assert_eq!(stored.fragments().len() as u64, pool, "{}", capture.name());
+            let mut expected = submitted.clone();
+            capture.order(&mut expected);
+            let difference = expected.multiset_difference(&stored);
+            assert_eq!((difference.missing, difference.extra), (total - pool, 0));
+        }
+    }
+}
+
+#[test]
+fn lists_that_are_none_are_refused() {
+    let f = Fragment::new(0.5, [1, 2, 3, 4]);
+    let lfb = Lfb::from_lists(2, 2, &[vec![f, f], vec![], vec![f], vec![f]]);
+    let good = memory(&LinkedList, &lfb, 6);
+    let damaged = |buffer, word, value| {
+        let mut memory = good.clone();
+        memory.set(buffer, word, value);
+        memory.unpack(&LinkedList)
+    };
+    let structure = |result: Result<Lfb, CaptureError>, part: &str| match result {
+        Err(CaptureError::Damaged(LfbError::Structure { pixel: 0, what })) => {
+            assert!(what.contains(part), "{what}");
+        }
+        other => panic!("{other:?}"),
+    };
+    assert!(good.unpack(&LinkedList).is_ok());
+    // Pixel 0 has the nodes 2 and 3, and its head is node 3.
+    structure(damaged("nexts", 2, 4), "linked twice");
+    structure(damaged("nexts", 3, 4), "linked twice");
+    structure(damaged("nexts", 2, 6), "node 5 of a pool in which 4 are used");
+    structure(damaged("heads", 0, 0xcdcd_cdcd), "of a pool in which 4 are used");
+    assert!(matches!(damaged("heads", 0, 0), Err(CaptureError::Lost { node: 2 })));
+    assert!(matches!(damaged("node_count", 0, 5), Err(CaptureError::Lost { node: 4 })));
+    let mut short = good.clone();
+    short.buffers.insert("heads", vec![0; 15]);
+    assert!(matches!(
+        short.unpack(&LinkedList),
+        Err(CaptureError::Short { buffer: "heads", bytes: 15, expected: 16 })
+    ));
+}
+
+#[test]
+fn offsets_that_are_none_are_refused() {
+    let f = Fragment::new(0.5, [1, 2, 3, 4]);
+    let lfb = Lfb::from_lists(2, 2, &[vec![f, f], vec![], vec![f], vec![f]]);
+    // Also where the fault lies beyond the pool.
+    for pool in [2, 4, 9] {
+        let good = memory(&Linearized, &lfb, pool);
+        let damaged = |buffer, word, value| {
+            let mut memory = good.clone();
+            memory.set(buffer, word, value);
+            memory.unpack(&Linearized)
+        };
+        assert!(good.unpack(&Linearized).is_ok());
+        assert!(matches!(
+            damaged("offsets", 1, 1),
+            Err(CaptureError::Damaged(LfbError::OffsetsFall { pixel: 1 }))
+        ));
+        for (buffer, word, value) in [("offsets", 3, 5), ("offsets", 3, u32::MAX), ("total", 0, 5)]
+        {
+            assert!(
+                matches!(
+                    damaged(buffer, word, value),
+                    Err(CaptureError::Damaged(LfbError::Structure { pixel: 3, .. })
+                        | CaptureError::Short { buffer: "fragments", .. })
+                ),
+                "{buffer} {word} {value}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_buffer_that_cannot_be_read_is_an_error() {
+    for capture in CAPTURES {
+        let good = memory(*capture, &random_lfb(1, 4, 4), 64);
+        for name in good.buffers.keys() {
+            let mut memory = good.clone();
+            memory.buffers.remove(name);
+            assert!(matches!(memory.unpack(*capture), Err(CaptureError::Read(_))), "{name}");
+        }
+    }
+}
+
+#[test]
+fn an_unknown_name_lists_what_there_is() {
+    assert_eq!(capture("linearized").expect("registered").name(), "linearized");
+    let message = capture("linkedlist").err().expect("unknown").to_string();
+    assert!(message.contains("linkedlist") && message.contains("linked_list"), "{message}");
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_never_panic(
+        width_px in 0u32..4,
+        height_px in 0u32..4,
+        pool_fragments in 0u64..20,
+        small in any::<bool>(),
+        noise in prop::collection::vec(any::<u32>(), 0..60),
+    ) {
+        let words = noise.iter().map(|&word| if small { word % 24 } else { word });
+        let words = bytes(words);
+        let names =
+            ["heads", "nexts", "fragments", "node_count", "offsets", "total"].into_iter().enumerate();
+        let cut = |i: usize| words[(i * words.len() / 12) & !3..].to_vec();
+        let buffers = names.map(|(i, name)| (name, cut(i))).collect();
+        let memory = Memory { width_px, height_px, pool_fragments, buffers };
+        for capture in CAPTURES {
+            if let Ok(lfb) = memory.unpack(*capture) {
+                prop_assert!(lfb.fragments().len() as u64 <= pool_fragments.max(2));
+            }
+        }
+    }
+
+    #[test]
+    fn one_changed_word_is_refused_or_loses_nothing(
+        seed: u64,
+        buffer in any::<prop::sample::Index>(),
+        word in any::<prop::sample::Index>(),
+        value in 0u32..200,
+    ) {
+        for capture in CAPTURES {
+            let lfb = random_lfb(seed, 5, 5);
+            let mut memory = memory(*capture, &lfb, lfb.fragments().len().max(2) as u64);
+            let mut names: Vec<_> = memory.buffers.keys().copied().collect();
+            names.sort_unstable();
+            let name = names[buffer.index(names.len())];
+            let words = memory.buffers[name].len() / 4;
+            memory.set(name, word.index(words), value);
+            if let Ok(read) = memory.unpack(*capture) {
+                prop_assert_eq!(read.fragments().len(), lfb.fragments().len());
+            }
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Fragments, the total order on them, the layered fragment buffer as data, and the oracle.
+
+mod fragment;
+mod lfb;
+pub mod oracle;
+
+pub use fragment::{Fragment, Ties, depth_from_key, depth_key};
+pub use lfb::{DepthHistogram, Lfb, LfbError, MultisetDifference};

@@ -1,0 +1,273 @@
+//! What can be wrong with a plan, found without a GPU.
+
+use crate::reflect::{Access, Kind, Reflection, Shaders, is_float};
+use crate::{
+    Compare, Contents, DepthStencil, Dispatch, Draw, Format, GpuError, Plan, Raster, Shader, Work,
+};
+use std::collections::HashSet;
+use std::sync::Arc;
+
+impl Plan {
+    /// Finds what is wrong with a plan, without a GPU: a name that no resource has, a shader that
+    /// does not compile, a pass that writes given data, attachments of different sizes, a fragment
+    /// shader that would write although the depth or stencil test rejects the fragment.
+    ///
+    /// # Errors
+    /// [`GpuError::Plan`] with the first fault.
+    pub fn check(&self) -> Result<(), GpuError> {
+        check(self, &mut Shaders::default()).map(drop)
+    }
+}
+
+/// Checks a plan, and gives back the reflection of each pass's shader.
+pub(crate) fn check(
+    plan: &Plan,
+    shaders: &mut Shaders,
+) -> Result<Vec<Option<Arc<Reflection>>>, GpuError> {
+    let fault = |what| GpuError::Plan { plan: plan.name.clone(), what };
+    resources(plan).map_err(fault)?;
+    let mut reflections = Vec::with_capacity(plan.passes.len());
+    for pass in &plan.passes {
+        let in_pass = |what| fault(format!("pass {:?}: {what}", pass.label));
+        let reflection = match &pass.work {
+            Work::Clear { buffer } => {
+                writable(plan, buffer).map_err(in_pass)?;
+                None
+            }
+            Work::Compute { shader, dispatch } => {
+                let reflection = shaders.get(shader).map_err(in_pass)?;
+                compute(plan, shader, &reflection, dispatch).map_err(in_pass)?;
+                Some(reflection)
+            }
+            Work::Raster(work) => {
+                let reflection = shaders.get(&work.shader).map_err(in_pass)?;
+                raster(plan, work, &reflection).map_err(in_pass)?;
+                Some(reflection)
+            }
+        };
+        reflections.push(reflection);
+    }
+    Ok(reflections)
+}
+
+fn resources(plan: &Plan) -> Result<(), String> {
+    let mut names = HashSet::new();
+    let buffers = plan.buffers.iter().map(|buffer| &buffer.name);
+    for name in buffers.chain(plan.targets.iter().map(|target| &target.name)) {
+        if !names.insert(name) {
+            return Err(format!("two resources are named {name:?}"));
+        }
+    }
+    for buffer in &plan.buffers {
+        if let Contents::Data(data) = &buffer.contents
+            && data.len() as u64 != buffer.bytes
+        {
+            let (name, bytes, len) = (&buffer.name, buffer.bytes, data.len());
+            return Err(format!("buffer {name:?} is of {bytes} bytes and has {len} bytes of data"));
+        }
+    }
+    for target in &plan.targets {
+        if target.width == 0 || target.height == 0 {
+            let (name, width, height) = (&target.name, target.width, target.height);
+            return Err(format!("target {name:?} is {width}x{height}"));
+        }
+    }
+    Ok(())
+}
+
+fn buffer<'a>(plan: &'a Plan, name: &str) -> Result<&'a crate::Buffer, String> {
+    plan.buffer(name).ok_or_else(|| {
+        let names = plan.buffers.iter().map(|buffer| buffer.name.as_str());
+        format!("no buffer is named {name:?}{}", nearest(name, names))
+    })
+}
+
+/// The buffer, if a pass may write it.
+fn writable<'a>(plan: &'a Plan, name: &str) -> Result<&'a crate::Buffer, String> {
+    let buffer = buffer(plan, name)?;
+    match buffer.contents {
+        Contents::Undefined => Ok(buffer),
+        Contents::Data(_) => Err(format!("buffer {name:?} has given data and may not be written")),
+    }
+}
+
+fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
+    names.min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate)).map_or_else(
+        || "; the plan has none".to_owned(),
+        |name| format!("; the nearest is {name:?}"),
+    )
+}
+
+/// The checks of a shader of either kind. `held` are buffers that the pass itself also reads as
+/// indices, vertices or workgroup counts: writing one of them in the same pass is a race.
+fn bindings(
+    plan: &Plan,
+    shader: &Shader,
+    reflection: &Reflection,
+    kind: Kind,
+    held: &[&str],
+) -> Result<(), String> {
+    for binding in reflection.bindings_of(kind) {
+        let in_shader = |what| format!("shader {:?}: `{}`: {what}", shader.label, binding.name);
+        let buffer = match binding.access {
+            Access::Uniform | Access::Read => buffer(plan, &binding.name),
+            Access::ReadWrite => writable(plan, &binding.name),
+        }
+        .map_err(in_shader)?;
+        if buffer.allocated_bytes() < binding.min_bytes {
+            let (has, needs) = (buffer.allocated_bytes(), binding.min_bytes);
+            return Err(in_shader(format!("needs {needs} bytes and the buffer has {has}")));
+        }
+        if binding.access == Access::ReadWrite && held.contains(&binding.name.as_str()) {
+            let what = "is written by the pass that takes its vertices, indices or counts from it";
+            return Err(in_shader(what.to_owned()));
+        }
+    }
+    Ok(())
+}
+
+fn compute(
+    plan: &Plan,
+    shader: &Shader,
+    reflection: &Reflection,
+    dispatch: &Dispatch,
+) -> Result<(), String> {
+    if reflection.main.is_none() {
+        return Err(format!("shader {:?} has no compute entry point `main`", shader.label));
+    }
+    match dispatch {
+        Dispatch::Workgroups(_) => bindings(plan, shader, reflection, Kind::Compute, &[]),
+        Dispatch::Indirect { buffer: name, offset_bytes } => {
+            let bytes = buffer(plan, name)?.allocated_bytes();
+            let end = offset_bytes.checked_add(12);
+            if offset_bytes % 4 != 0 || end.is_none_or(|end| end > bytes) {
+                return Err(format!(
+                    "three u32 at byte {offset_bytes} of buffer {name:?}, which has {bytes}"
+                ));
+            }
+            bindings(plan, shader, reflection, Kind::Compute, &[name])
+        }
+    }
+}
+
+fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), String> {
+    let label = &raster.shader.label;
+    let (Some(vs), Some(fs)) = (&reflection.vs, &reflection.fs) else {
+        return Err(format!("shader {label:?} needs the entry points `vs` and `fs`"));
+    };
+    attachments(plan, raster)?;
+    for (location, color) in raster.color.iter().enumerate() {
+        let written = fs.outputs.iter().any(|&output| output as usize == location);
+        if color.write && !written {
+            let target = &color.target;
+            return Err(format!(
+                "shader {label:?}: `fs` has no @location({location}), the target {target:?}"
+            ));
+        }
+    }
+    if fs.writes && !fs.early_depth_test && raster.depth_stencil.as_ref().is_some_and(rejects) {
+        return Err(format!(
+            "shader {label:?}: `fs` writes a buffer under a depth or stencil test, so it must say \
+             `@early_depth_test(force)`: without it a rejected fragment still writes"
+        ));
+    }
+    let held = match &raster.draw {
+        Draw::Vertices { .. } => {
+            if let Some((location, _)) = vs.inputs.first() {
+                return Err(format!(
+                    "shader {label:?}: `vs` reads @location({location}), and nothing is bound there"
+                ));
+            }
+            vec![]
+        }
+        Draw::Indexed { vertices, layout, indices, count } => {
+            vertex_layout(label, vs, layout)?;
+            buffer(plan, vertices)?;
+            let bytes = buffer(plan, indices)?.allocated_bytes();
+            if u64::from(*count) * 4 > bytes {
+                return Err(format!(
+                    "{count} indices of buffer {indices:?}, which has {bytes} bytes"
+                ));
+            }
+            vec![vertices.as_str(), indices.as_str()]
+        }
+    };
+    bindings(plan, &raster.shader, reflection, Kind::Raster, &held)
+}
+
+/// Whether a test can reject a fragment.
+fn rejects(attachment: &DepthStencil) -> bool {
+    let depth = attachment.depth.map(|depth| depth.compare);
+    let stencil = attachment.stencil.map(|stencil| stencil.compare);
+    [depth, stencil].into_iter().flatten().any(|compare| compare != Compare::Always)
+}
+
+fn attachments(plan: &Plan, raster: &Raster) -> Result<(), String> {
+    let depth_stencil = raster.depth_stencil.as_ref().map(|attachment| &attachment.target);
+    let mut size = None;
+    let mut seen = HashSet::new();
+    for name in raster.color.iter().map(|color| &color.target).chain(depth_stencil) {
+        let target = plan.target(name).ok_or_else(|| {
+            let names = plan.targets.iter().map(|target| target.name.as_str());
+            format!("no target is named {name:?}{}", nearest(name, names))
+        })?;
+        let (first, width, height) = *size.get_or_insert((name, target.width, target.height));
+        if (width, height) != (target.width, target.height) {
+            return Err(format!(
+                "target {name:?} is {}x{} and {first:?} is {width}x{height}",
+                target.width, target.height
+            ));
+        }
+        if !seen.insert(name) {
+            return Err(format!("target {name:?} is attached twice"));
+        }
+        let is_color = Some(name) != depth_stencil;
+        if is_color != target.format.is_color() {
+            let format = target.format;
+            return Err(format!("target {name:?} is {format:?}, which does not go there"));
+        }
+    }
+    if size.is_none() {
+        return Err("it has no attachment".to_owned());
+    }
+    if let Some(DepthStencil { target, depth, stencil }) = &raster.depth_stencil {
+        let format = plan.target(target).map(|target| target.format);
+        let fits = match format {
+            Some(Format::Depth32Float) => depth.is_some() && stencil.is_none(),
+            _ => depth.is_none() && stencil.is_some(),
+        };
+        if !fits {
+            return Err(format!(
+                "target {target:?} needs exactly the test of its format: depth or stencil"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn vertex_layout(
+    label: &str,
+    vs: &crate::reflect::Vs,
+    layout: &crate::VertexLayout,
+) -> Result<(), String> {
+    for attribute in &layout.attributes {
+        let end = attribute.offset_bytes.checked_add(attribute.format.bytes());
+        if attribute.offset_bytes % 4 != 0 || end.is_none_or(|end| end > layout.stride_bytes) {
+            return Err(format!("vertex attribute {attribute:?} is not inside the vertex"));
+        }
+    }
+    if layout.stride_bytes % 4 != 0 {
+        return Err(format!("a vertex of {} bytes is no multiple of 4", layout.stride_bytes));
+    }
+    for &(location, float) in &vs.inputs {
+        let bound = layout.attributes.iter().find(|attribute| attribute.location == location);
+        if bound.is_none_or(|attribute| is_float(attribute.format) != float) {
+            let kind = if float { "f32" } else { "u32" };
+            return Err(format!(
+                "shader {label:?}: `vs` reads {kind} at @location({location}), which no attribute \
+                 gives"
+            ));
+        }
+    }
+    Ok(())
+}

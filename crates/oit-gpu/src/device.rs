@@ -1,0 +1,94 @@
+//! What a backend is to the rest of the project: it describes itself, runs plans, gives bytes back.
+
+use crate::Plan;
+use oit_record::DeviceInfo;
+
+/// A plan made ready on a device: its pipelines are compiled and its data uploaded.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct PlanId(pub usize);
+
+/// What one run of a plan took, from the device's own timestamps.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Timing {
+    /// Nanoseconds of each stage, in the order of [`Plan::stages`]. Consecutive passes of a stage
+    /// are one interval; the intervals of a stage that recurs are added up. Empty where the device
+    /// has no timestamps.
+    pub stages: Vec<(&'static str, u64)>,
+    /// Nanoseconds from before the first pass to after the last; zero where the device has no
+    /// timestamps.
+    pub total_ns: u64,
+}
+
+/// What kept a backend from doing as told.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// The device lacks something the plan needs: the cell is skipped, with this reason.
+    #[error("not supported on this device: {0}")]
+    Unsupported(String),
+    /// The plan is at fault: a name without a resource, a shader that does not compile.
+    #[error("plan {plan:?}: {what}")]
+    Plan {
+        /// The plan's name.
+        plan: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// There is not enough memory.
+    #[error("out of device memory: {0}")]
+    OutOfMemory(String),
+    /// The device was lost, or the driver failed.
+    #[error("the device failed: {0}")]
+    Device(String),
+}
+
+/// A GPU that runs plans.
+pub trait Device {
+    /// What it is and what it can do.
+    fn info(&self) -> &DeviceInfo;
+
+    /// Makes a plan ready: checks it, compiles its pipelines (each once a process, and kept on
+    /// disk between processes), allocates what it names and uploads its data.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the device lacks something; otherwise as it says.
+    fn prepare(&mut self, plan: &Plan) -> Result<PlanId, GpuError>;
+
+    /// Runs a plan once and waits for it.
+    ///
+    /// # Errors
+    /// Where the driver fails.
+    fn run(&mut self, plan: PlanId) -> Result<Timing, GpuError>;
+
+    /// Fills every buffer of the plan that has no given contents with the byte `0xCD`, so that a
+    /// run cannot pass on what an earlier one left.
+    ///
+    /// # Errors
+    /// Where the driver fails.
+    fn poison(&mut self, plan: PlanId) -> Result<(), GpuError>;
+
+    /// The bytes of one of the plan's buffers or targets (rows top to bottom, without padding), as
+    /// its last run left them.
+    ///
+    /// # Errors
+    /// Where the plan has no such resource, or the driver fails.
+    fn read(&mut self, plan: PlanId, resource: &str) -> Result<Vec<u8>, GpuError>;
+
+    /// Forgets all plans and frees their buffers and targets; pipelines are kept.
+    fn reset(&mut self);
+}
+
+/// The byte that [`Device::poison`] fills with.
+pub(crate) const POISON: u8 = 0xCD;
+
+/// A plan that is not, or no longer, ready on the device.
+pub(crate) fn not_prepared(plan: PlanId) -> GpuError {
+    GpuError::Plan {
+        plan: format!("#{}", plan.0),
+        what: "it is not prepared; `reset` forgets all plans".to_owned(),
+    }
+}
+
+/// A name that is no buffer and no target of the plan.
+pub(crate) fn no_resource(plan: &str, name: &str) -> GpuError {
+    GpuError::Plan { plan: plan.to_owned(), what: format!("no buffer or target is named {name:?}") }
+}

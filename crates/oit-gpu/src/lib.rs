@@ -1,0 +1,26 @@
+//! Plans (passes over named resources) and the backends that run one.
+
+mod cache_file;
+mod check;
+mod device;
+mod devices;
+mod limits;
+mod listing;
+mod pipeline_key;
+mod plan;
+mod reflect;
+mod timing;
+mod vulkan;
+mod wgpu_backend;
+
+pub use device::{Device, GpuError, PlanId, Timing};
+pub use devices::{Listed, enumerate, open};
+pub use oit_record::DeviceInfo;
+pub use plan::{
+    Blend, Buffer, ColorAttachment, Compare, Contents, Depth, DepthStencil, Dispatch, Draw, Format,
+    Load, Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
+    VertexLayout, Work,
+};
+pub use reflect::{Access, Binding, Fs, Main, Reflection, Vs};
+pub use vulkan::Vulkan;
+pub use wgpu_backend::Wgpu;

@@ -1,0 +1,174 @@
+//! What a device can do, and whether that is enough for a plan.
+
+use crate::reflect::{self, Access, Binding, Kind, Reflection};
+use crate::{Dispatch, Format, GpuError, Plan, Work};
+use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
+use std::sync::Arc;
+
+/// What a device can do, in the terms of a plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Limits {
+    pub(crate) buffer_bytes: u64,
+    pub(crate) storage_binding_bytes: u64,
+    pub(crate) uniform_binding_bytes: u64,
+    pub(crate) storage_bindings_per_stage: u32,
+    pub(crate) uniform_bindings_per_stage: u32,
+    pub(crate) groups: u32,
+    pub(crate) workgroups: [u32; 3],
+    pub(crate) workgroup_size: [u32; 3],
+    pub(crate) workgroup_invocations: u32,
+    pub(crate) workgroup_bytes: u64,
+    pub(crate) target_px: u32,
+    pub(crate) color_attachments: u32,
+    /// Formats that can be drawn to.
+    pub(crate) drawable: Vec<Format>,
+    /// Formats that can be blended into.
+    pub(crate) blendable: Vec<Format>,
+    pub(crate) fragment_writes: bool,
+    pub(crate) vertex_writes: bool,
+    pub(crate) capabilities: Capabilities,
+    pub(crate) subgroup_stages: ShaderStages,
+    pub(crate) subgroup_operations: SubgroupOperationSet,
+}
+
+impl Limits {
+    /// Whether the device can run a plan that [`crate::check`] found sound.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] with the numbers.
+    pub(crate) fn check(
+        &self,
+        plan: &Plan,
+        reflections: &[Option<Arc<Reflection>>],
+    ) -> Result<(), GpuError> {
+        let unsupported = GpuError::Unsupported;
+        for buffer in &plan.buffers {
+            let what = || format!("buffer {:?}", buffer.name);
+            within(what, buffer.allocated_bytes(), self.buffer_bytes, "bytes of a buffer")
+                .map_err(unsupported)?;
+        }
+        for target in &plan.targets {
+            let what = || format!("target {:?}", target.name);
+            for side in [target.width, target.height] {
+                within(what, side, self.target_px, "pixels of a side").map_err(unsupported)?;
+            }
+            if !self.drawable.contains(&target.format) {
+                let format = target.format;
+                return Err(unsupported(format!("{}: {format:?} cannot be drawn to", what())));
+            }
+        }
+        for (pass, reflection) in plan.passes.iter().zip(reflections) {
+            let Some(reflection) = reflection else { continue };
+            let kind = match &pass.work {
+                Work::Raster(_) => Kind::Raster,
+                _ => Kind::Compute,
+            };
+            self.shader(plan, reflection, kind)
+                .and_then(|()| self.work(&pass.work, reflection, plan))
+                .map_err(|what| unsupported(format!("pass {:?}: {what}", pass.label)))?;
+        }
+        Ok(())
+    }
+
+    fn shader(&self, plan: &Plan, reflection: &Reflection, kind: Kind) -> Result<(), String> {
+        let full = (reflect::CAPABILITIES, reflect::SUBGROUP_STAGES, SubgroupOperationSet::all());
+        let here = (self.capabilities, self.subgroup_stages, self.subgroup_operations);
+        if here != full {
+            reflect::validator(self.capabilities, self.subgroup_stages, self.subgroup_operations)
+                .validate(&reflection.module)
+                .map_err(|error| chain(error.as_inner()))?;
+        }
+        for binding in reflection.bindings_of(kind) {
+            let bytes = plan.buffer(&binding.name).map_or(0, crate::Buffer::allocated_bytes);
+            let (limit, unit) = match binding.access {
+                Access::Uniform => (self.uniform_binding_bytes, "bytes of a uniform binding"),
+                _ => (self.storage_binding_bytes, "bytes of a storage binding"),
+            };
+            within(|| format!("buffer {:?}", binding.name), bytes, limit, unit)?;
+        }
+        let in_stage: [fn(&Binding) -> bool; 3] = [|b| b.compute, |b| b.vertex, |b| b.fragment];
+        for used in in_stage {
+            let bindings = || reflection.bindings_of(kind).filter(|binding| used(binding));
+            let uniform = bindings().filter(|b| b.access == Access::Uniform).count() as u32;
+            let storage = bindings().count() as u32 - uniform;
+            let what = || "the shader".to_owned();
+            within(what, uniform, self.uniform_bindings_per_stage, "uniform buffers of a stage")?;
+            within(what, storage, self.storage_bindings_per_stage, "storage buffers of a stage")?;
+        }
+        within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
+    }
+
+    fn work(&self, work: &Work, reflection: &Reflection, plan: &Plan) -> Result<(), String> {
+        match work {
+            Work::Clear { .. } => Ok(()),
+            Work::Compute { dispatch, .. } => {
+                if let Some(main) = &reflection.main {
+                    let size = main.workgroup_size;
+                    let what = || format!("a workgroup of {} x {} x {}", size[0], size[1], size[2]);
+                    for (side, limit) in size.into_iter().zip(self.workgroup_size) {
+                        within(what, side, limit, "invocations of a side")?;
+                    }
+                    let invocations = size.into_iter().map(u64::from).product::<u64>();
+                    within(
+                        what,
+                        invocations,
+                        u64::from(self.workgroup_invocations),
+                        "invocations",
+                    )?;
+                    let unit = "bytes of workgroup memory";
+                    within(what, main.workgroup_bytes, self.workgroup_bytes, unit)?;
+                }
+                if let Dispatch::Workgroups(count) = dispatch {
+                    for (side, limit) in count.iter().zip(self.workgroups) {
+                        within(|| "the dispatch".to_owned(), *side, limit, "workgroups of a side")?;
+                    }
+                }
+                Ok(())
+            }
+            Work::Raster(raster) => {
+                if reflection.fs.as_ref().is_some_and(|fs| fs.writes) && !self.fragment_writes {
+                    return Err("fragment shaders cannot write buffers".to_owned());
+                }
+                if reflection.vs.as_ref().is_some_and(|vs| vs.writes) && !self.vertex_writes {
+                    return Err("vertex shaders cannot write buffers".to_owned());
+                }
+                let count = raster.color.len() as u32;
+                within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;
+                for color in raster.color.iter().filter(|color| color.blend.is_some()) {
+                    let format = plan.target(&color.target).map(|target| target.format);
+                    if let Some(format) = format.filter(|format| !self.blendable.contains(format)) {
+                        let target = &color.target;
+                        return Err(format!(
+                            "target {target:?}: {format:?} cannot be blended into"
+                        ));
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Whether a number is within a limit, in words if not.
+fn within<T: PartialOrd + std::fmt::Display>(
+    what: impl Fn() -> String,
+    number: T,
+    limit: T,
+    unit: &str,
+) -> Result<(), String> {
+    if number <= limit {
+        return Ok(());
+    }
+    Err(format!("{} needs {number} {unit}, and this device has {limit}", what()))
+}
+
+/// An error and all that caused it, in one line.
+pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(error) = source {
+        text = format!("{text}: {error}");
+        source = error.source();
+    }
+    text
+}

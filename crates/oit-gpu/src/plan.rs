@@ -1,0 +1,408 @@
+//! A technique as data: named buffers and targets, and a list of labelled passes over them.
+//!
+//! A plan holds no API call. A pass names no binding either: every `var<storage>` or
+//! `var<uniform>` of its shader is bound to the plan's buffer of the same name, so the shader is
+//! the one place where a resource is declared to be read or written. Passes run one after the
+//! other, each seeing all that earlier ones wrote.
+
+use std::sync::Arc;
+
+/// Named resources and the passes over them, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// What the plan is, for messages.
+    pub name: String,
+    /// Every buffer a pass or a shader names.
+    pub buffers: Vec<Buffer>,
+    /// Every texture that a raster pass draws to.
+    pub targets: Vec<Target>,
+    /// What is done, in order.
+    pub passes: Vec<Pass>,
+}
+
+/// A buffer of bytes. Plans on one device that name a buffer of the same name and size share it
+/// (they run one at a time), so a plan may rely on nothing that it did not write itself.
+#[derive(Clone, Debug)]
+pub struct Buffer {
+    /// The name, as the shaders spell it.
+    pub name: String,
+    /// Its size. Every buffer has at least 16 bytes; the backends round up to a multiple of 4.
+    pub bytes: u64,
+    /// What it holds before the first pass.
+    pub contents: Contents,
+}
+
+/// What a buffer holds before the first pass of a run.
+#[derive(Clone, Debug)]
+pub enum Contents {
+    /// Anything. A plan reads it only after writing it.
+    Undefined,
+    /// These bytes, uploaded once when the plan is prepared. No pass may write the buffer.
+    Data(Arc<[u8]>),
+}
+
+/// A two-dimensional texture that raster passes draw to.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// Its format.
+    pub format: Format,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// A target's format.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Format {
+    /// Four 32-bit floats.
+    Rgba32Float,
+    /// Four 16-bit floats.
+    Rgba16Float,
+    /// One 32-bit float.
+    R32Float,
+    /// One byte, 0 to 1.
+    R8Unorm,
+    /// 32-bit float depth.
+    Depth32Float,
+    /// 8-bit stencil; a backend may add depth bits where the device has no format of stencil alone.
+    Stencil8,
+}
+
+impl Format {
+    /// Bytes of one pixel as a plan reckons them, and as [`crate::Device::read`] returns them.
+    #[must_use]
+    pub fn bytes(self) -> u64 {
+        match self {
+            Self::Rgba32Float => 16,
+            Self::Rgba16Float => 8,
+            Self::R32Float | Self::Depth32Float => 4,
+            Self::R8Unorm | Self::Stencil8 => 1,
+        }
+    }
+
+    /// Whether it is a format of colour, not of depth or stencil.
+    #[must_use]
+    pub fn is_color(self) -> bool {
+        !matches!(self, Self::Depth32Float | Self::Stencil8)
+    }
+}
+
+impl VertexFormat {
+    /// Bytes of one attribute.
+    #[must_use]
+    pub fn bytes(self) -> u32 {
+        match self {
+            Self::Float32x3 => 12,
+            Self::Unorm8x4 | Self::Uint32 => 4,
+        }
+    }
+}
+
+/// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Shader {
+    /// What it is, for messages and listings.
+    pub label: String,
+    /// The source.
+    pub wgsl: Arc<str>,
+}
+
+/// One labelled pass.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// The step its time is charged to: `clear`, `count`, `scan`, `capture`, `group`, `resolve`.
+    pub stage: &'static str,
+    /// What it does, for messages and listings.
+    pub label: String,
+    /// What it does, for the backends.
+    pub work: Work,
+}
+
+/// The kinds of pass.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// Fills a whole buffer with zero bytes.
+    Clear {
+        /// The buffer.
+        buffer: String,
+    },
+    /// Runs a compute shader.
+    Compute {
+        /// The shader.
+        shader: Shader,
+        /// How many workgroups.
+        dispatch: Dispatch,
+    },
+    /// Draws.
+    Raster(Raster),
+}
+
+/// How many workgroups a compute pass runs.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Dispatch {
+    /// This many in x, y and z.
+    Workgroups([u32; 3]),
+    /// As many as three `u32` in a buffer say.
+    Indirect {
+        /// The buffer.
+        buffer: String,
+        /// Where in it, in bytes; a multiple of 4.
+        offset_bytes: u64,
+    },
+}
+
+/// One draw into targets of one size. Triangles, no culling, depth clipped at both planes.
+#[derive(Clone, Debug)]
+pub struct Raster {
+    /// The shader.
+    pub shader: Shader,
+    /// What is drawn.
+    pub draw: Draw,
+    /// Colour targets, in the order of the shader's `@location`s. A pass has at least one
+    /// attachment, of colour or of depth and stencil.
+    pub color: Vec<ColorAttachment>,
+    /// The depth or stencil target.
+    pub depth_stencil: Option<DepthStencil>,
+}
+
+/// What a raster pass draws.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Draw {
+    /// This many vertices without any buffer, in this many instances.
+    Vertices {
+        /// Vertices.
+        count: u32,
+        /// Instances.
+        instances: u32,
+    },
+    /// Indexed triangles of one vertex buffer; indices are `u32`.
+    Indexed {
+        /// The buffer of vertices.
+        vertices: String,
+        /// How a vertex lies in it.
+        layout: VertexLayout,
+        /// The buffer of indices.
+        indices: String,
+        /// How many indices.
+        count: u32,
+    },
+}
+
+/// How a vertex lies in its buffer.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct VertexLayout {
+    /// Bytes from one vertex to the next.
+    pub stride_bytes: u32,
+    /// Its attributes.
+    pub attributes: Vec<VertexAttribute>,
+}
+
+/// One attribute of a vertex.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct VertexAttribute {
+    /// The shader's `@location`.
+    pub location: u32,
+    /// Its format.
+    pub format: VertexFormat,
+    /// Where in the vertex, in bytes.
+    pub offset_bytes: u32,
+}
+
+/// The format of a vertex attribute.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum VertexFormat {
+    /// Three 32-bit floats.
+    Float32x3,
+    /// Four bytes, each 0 to 1.
+    Unorm8x4,
+    /// One unsigned integer.
+    Uint32,
+}
+
+/// A colour target of a raster pass.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ColorAttachment {
+    /// The target.
+    pub target: String,
+    /// What it holds when the pass starts.
+    pub load: Load<[f32; 4]>,
+    /// How a fragment's colour joins what is there; `None` replaces it.
+    pub blend: Option<Blend>,
+    /// Whether it is written at all. A pass that only writes buffers still needs an attachment.
+    pub write: bool,
+}
+
+/// What an attachment holds when a pass starts.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Load<T> {
+    /// This value everywhere.
+    Clear(T),
+    /// What earlier passes left.
+    Keep,
+}
+
+/// How a fragment's colour joins what the target holds, the same for colour and alpha.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Blend {
+    /// `source + target`.
+    Add,
+    /// `max(source, target)`.
+    Max,
+    /// `source + (1 - source alpha) * target`.
+    Over,
+}
+
+/// The depth or stencil target of a raster pass.
+#[derive(Clone, PartialEq, Debug)]
+pub struct DepthStencil {
+    /// The target.
+    pub target: String,
+    /// The depth test; needs a depth format.
+    pub depth: Option<Depth>,
+    /// The stencil test; needs a stencil format.
+    pub stencil: Option<Stencil>,
+}
+
+/// A depth test.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Depth {
+    /// What it holds when the pass starts.
+    pub load: Load<f32>,
+    /// A fragment passes if `fragment COMPARE target`.
+    pub compare: Compare,
+    /// Whether passing fragments write their depth.
+    pub write: bool,
+}
+
+/// A stencil test, the same for both faces.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Stencil {
+    /// The value cleared to, or `None` to keep what is there.
+    pub clear: Option<u8>,
+    /// A fragment passes if `reference COMPARE target`.
+    pub compare: Compare,
+    /// The reference.
+    pub reference: u8,
+    /// What happens to the target where the fragment passes.
+    pub pass: StencilOp,
+    /// What happens to the target where the fragment does not pass.
+    pub fail: StencilOp,
+}
+
+/// A comparison.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Compare {
+    /// Passes always.
+    Always,
+    /// Passes if equal.
+    Equal,
+    /// Passes if less.
+    Less,
+    /// Passes if less or equal.
+    LessEqual,
+    /// Passes if greater.
+    Greater,
+    /// Passes if greater or equal.
+    GreaterEqual,
+}
+
+/// What becomes of a stencil value.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum StencilOp {
+    /// It stays.
+    Keep,
+    /// It becomes zero.
+    Zero,
+    /// It becomes the reference.
+    Replace,
+    /// It grows by one, up to 255.
+    IncrementClamp,
+}
+
+impl Plan {
+    /// The buffer of this name.
+    #[must_use]
+    pub fn buffer(&self, name: &str) -> Option<&Buffer> {
+        self.buffers.iter().find(|buffer| buffer.name == name)
+    }
+
+    /// The target of this name.
+    #[must_use]
+    pub fn target(&self, name: &str) -> Option<&Target> {
+        self.targets.iter().find(|target| target.name == name)
+    }
+
+    /// The stages its passes are charged to, each once, in the order they first appear.
+    #[must_use]
+    pub fn stages(&self) -> Vec<&'static str> {
+        let mut stages = Vec::new();
+        for pass in &self.passes {
+            if !stages.contains(&pass.stage) {
+                stages.push(pass.stage);
+            }
+        }
+        stages
+    }
+
+    /// Device memory of all buffers and targets, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let targets = |t: &Target| t.format.bytes() * u64::from(t.width) * u64::from(t.height);
+        self.buffers.iter().map(|buffer| buffer.bytes).sum::<u64>()
+            + self.targets.iter().map(targets).sum::<u64>()
+    }
+}
+
+impl Buffer {
+    /// A buffer whose contents the plan's own passes make.
+    #[must_use]
+    pub fn new(name: &str, bytes: u64) -> Self {
+        Self { name: name.to_owned(), bytes, contents: Contents::Undefined }
+    }
+
+    /// A buffer of given bytes that no pass writes.
+    #[must_use]
+    pub fn data(name: &str, data: Arc<[u8]>) -> Self {
+        Self { name: name.to_owned(), bytes: data.len() as u64, contents: Contents::Data(data) }
+    }
+
+    /// The bytes a backend allocates: at least 16, and a multiple of 4.
+    pub(crate) fn allocated_bytes(&self) -> u64 {
+        self.bytes.max(16).next_multiple_of(4)
+    }
+}
+
+impl Shader {
+    /// A shader of this label and source.
+    #[must_use]
+    pub fn new(label: impl Into<String>, wgsl: impl Into<Arc<str>>) -> Self {
+        Self { label: label.into(), wgsl: wgsl.into() }
+    }
+}
+
+impl Pass {
+    /// Fills a buffer with zero bytes.
+    #[must_use]
+    pub fn clear(stage: &'static str, buffer: &str) -> Self {
+        Self {
+            stage,
+            label: format!("clear {buffer}"),
+            work: Work::Clear { buffer: buffer.to_owned() },
+        }
+    }
+
+    /// Runs a compute shader.
+    #[must_use]
+    pub fn compute(stage: &'static str, shader: Shader, dispatch: Dispatch) -> Self {
+        Self { stage, label: shader.label.clone(), work: Work::Compute { shader, dispatch } }
+    }
+
+    /// Draws.
+    #[must_use]
+    pub fn raster(stage: &'static str, raster: Raster) -> Self {
+        Self { stage, label: raster.shader.label.clone(), work: Work::Raster(raster) }
+    }
+}

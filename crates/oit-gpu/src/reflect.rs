@@ -1,0 +1,381 @@
+//! What a WGSL shader binds, reads and writes: the shader is where a pass's resources are declared.
+
+use crate::{Shader, VertexFormat};
+use naga::proc::GlobalCtx;
+use naga::valid::{
+    Capabilities, GlobalUse, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags,
+    Validator,
+};
+use naga::{AddressSpace, Handle, Module, ScalarKind, ShaderStage, StorageAccess, Type};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// What WGSL may use beyond its core: what both backends can offer. A device that lacks one of
+/// these refuses the shaders that need it.
+pub(crate) const CAPABILITIES: Capabilities = Capabilities::SUBGROUP
+    .union(Capabilities::SUBGROUP_BARRIER)
+    .union(Capabilities::EARLY_DEPTH_TEST)
+    .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+    .union(Capabilities::SHADER_INT64)
+    .union(Capabilities::SHADER_INT64_ATOMIC_MIN_MAX)
+    .union(Capabilities::SHADER_INT64_ATOMIC_ALL_OPS);
+
+/// The stages in which a shader may use subgroup operations.
+pub(crate) const SUBGROUP_STAGES: ShaderStages =
+    ShaderStages::COMPUTE.union(ShaderStages::FRAGMENT);
+
+/// A parsed and validated shader.
+#[derive(Debug)]
+pub struct Reflection {
+    /// Every buffer its entry points use, by group and binding.
+    pub bindings: Vec<Binding>,
+    /// The compute entry point `main`.
+    pub main: Option<Main>,
+    /// The vertex entry point `vs`.
+    pub vs: Option<Vs>,
+    /// The fragment entry point `fs`.
+    pub fs: Option<Fs>,
+    pub(crate) module: Module,
+    pub(crate) info: ModuleInfo,
+}
+
+/// A buffer that a shader uses.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Binding {
+    /// `@group`.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// The variable, which is the name of the plan's buffer.
+    pub name: String,
+    /// How it is declared.
+    pub access: Access,
+    /// Whether `main` uses it.
+    pub compute: bool,
+    /// Whether `vs` uses it.
+    pub vertex: bool,
+    /// Whether `fs` uses it.
+    pub fragment: bool,
+    /// Bytes the buffer must have at least: the type's size, with one element of a runtime array.
+    pub min_bytes: u64,
+}
+
+/// How a shader declares a buffer.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Access {
+    /// `var<uniform>`.
+    Uniform,
+    /// `var<storage, read>`.
+    Read,
+    /// `var<storage, read_write>`.
+    ReadWrite,
+}
+
+/// The compute entry point.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Main {
+    /// Invocations of a workgroup in x, y and z.
+    pub workgroup_size: [u32; 3],
+    /// Workgroup memory it uses, in bytes.
+    pub workgroup_bytes: u64,
+}
+
+/// The vertex entry point.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Vs {
+    /// Each `@location` it reads, and whether the type there is made of floats, else of `u32`.
+    pub inputs: Vec<(u32, bool)>,
+    /// Whether it writes a buffer.
+    pub writes: bool,
+}
+
+/// The fragment entry point.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Fs {
+    /// Each `@location` it writes.
+    pub outputs: Vec<u32>,
+    /// Whether it writes a buffer.
+    pub writes: bool,
+    /// Whether it says `@early_depth_test(force)`.
+    pub early_depth_test: bool,
+}
+
+/// The two ways a shader is run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Kind {
+    Compute,
+    Raster,
+}
+
+impl Reflection {
+    /// Parses and validates a shader.
+    ///
+    /// # Errors
+    /// The compiler's message with the lines concerned, or what a plan cannot give such a shader.
+    pub fn new(shader: &Shader) -> Result<Self, String> {
+        let label = &shader.label;
+        let module = naga::front::wgsl::parse_str(&shader.wgsl)
+            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
+        let info = validator(CAPABILITIES, SUBGROUP_STAGES, SubgroupOperationSet::all())
+            .validate(&module)
+            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
+        if let Some((_, constant)) = module.overrides.iter().next() {
+            let name = constant.name.as_deref().unwrap_or("without a name");
+            return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
+        }
+        let mut reflection =
+            Self { bindings: Vec::new(), main: None, vs: None, fs: None, module, info };
+        reflection.find_entry_points();
+        reflection.find_bindings().map_err(|what| format!("shader {label:?}: {what}"))?;
+        Ok(reflection)
+    }
+
+    /// The buffers that a pass of this kind binds.
+    pub(crate) fn bindings_of(&self, kind: Kind) -> impl Iterator<Item = &Binding> {
+        self.bindings.iter().filter(move |binding| match kind {
+            Kind::Compute => binding.compute,
+            Kind::Raster => binding.vertex || binding.fragment,
+        })
+    }
+
+    /// How many bind groups a pass of this kind has, gaps included.
+    pub(crate) fn groups(&self, kind: Kind) -> u32 {
+        self.bindings_of(kind).map(|binding| binding.group + 1).max().unwrap_or(0)
+    }
+
+    fn find_entry_points(&mut self) {
+        let context = self.module.to_ctx();
+        for (index, entry) in self.module.entry_points.iter().enumerate() {
+            let used = |space: fn(AddressSpace) -> bool, how: GlobalUse| {
+                let info = self.info.get_entry_point(index);
+                self.module
+                    .global_variables
+                    .iter()
+                    .filter(move |&(handle, global)| {
+                        space(global.space) && info[handle].intersects(how)
+                    })
+                    .map(|(_, global)| global)
+            };
+            let is_storage = |space| matches!(space, AddressSpace::Storage { .. });
+            let writes = used(is_storage, GlobalUse::WRITE | GlobalUse::ATOMIC).next().is_some();
+            match (entry.stage, entry.name.as_str()) {
+                (ShaderStage::Compute, "main") => {
+                    let bytes = |global: &naga::GlobalVariable| type_bytes(global.ty, context);
+                    let workgroup_bytes =
+                        used(|space| space == AddressSpace::WorkGroup, GlobalUse::all())
+                            .map(bytes)
+                            .sum();
+                    self.main =
+                        Some(Main { workgroup_size: entry.workgroup_size, workgroup_bytes });
+                }
+                (ShaderStage::Vertex, "vs") => {
+                    let mut inputs = Vec::new();
+                    for argument in &entry.function.arguments {
+                        locations(
+                            &self.module,
+                            argument.ty,
+                            argument.binding.as_ref(),
+                            &mut inputs,
+                        );
+                    }
+                    let is_float = |ty: Handle<Type>| {
+                        let scalar = self.module.types[ty].inner.scalar();
+                        scalar.is_some_and(|scalar| scalar.kind == ScalarKind::Float)
+                    };
+                    let inputs = inputs.into_iter().map(|(at, ty)| (at, is_float(ty))).collect();
+                    self.vs = Some(Vs { inputs, writes });
+                }
+                (ShaderStage::Fragment, "fs") => {
+                    let mut outputs = Vec::new();
+                    if let Some(result) = &entry.function.result {
+                        locations(&self.module, result.ty, result.binding.as_ref(), &mut outputs);
+                    }
+                    let early_depth_test =
+                        entry.early_depth_test == Some(naga::EarlyDepthTest::Force);
+                    let outputs = outputs.into_iter().map(|(at, _)| at).collect();
+                    self.fs = Some(Fs { outputs, writes, early_depth_test });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn find_bindings(&mut self) -> Result<(), String> {
+        for (handle, global) in self.module.global_variables.iter() {
+            let uses = |stage: ShaderStage, name: &str| {
+                self.module.entry_points.iter().enumerate().any(|(index, entry)| {
+                    let info = self.info.get_entry_point(index);
+                    entry.stage == stage && entry.name == name && !info[handle].is_empty()
+                })
+            };
+            let compute = uses(ShaderStage::Compute, "main");
+            let vertex = uses(ShaderStage::Vertex, "vs");
+            let fragment = uses(ShaderStage::Fragment, "fs");
+            if !(compute || vertex || fragment) {
+                continue;
+            }
+            let name = global.name.clone().unwrap_or_default();
+            let access = match global.space {
+                AddressSpace::Function | AddressSpace::Private | AddressSpace::WorkGroup => {
+                    continue;
+                }
+                AddressSpace::Uniform => Access::Uniform,
+                AddressSpace::Storage { access } if access.contains(StorageAccess::STORE) => {
+                    Access::ReadWrite
+                }
+                AddressSpace::Storage { .. } => Access::Read,
+                _ => return Err(format!("`{name}` is no buffer, and a plan binds buffers only")),
+            };
+            let Some(naga::ResourceBinding { group, binding }) = global.binding else {
+                return Err(format!("`{name}` has no @group and @binding"));
+            };
+            let min_bytes = type_bytes(global.ty, self.module.to_ctx());
+            let new =
+                Binding { group, binding, name, access, compute, vertex, fragment, min_bytes };
+            let twin = self.bindings.iter().find(|b| (b.group, b.binding) == (group, binding));
+            if let Some(twin) = twin {
+                return Err(format!(
+                    "`{}` and `{}` are both @group({group}) @binding({binding})",
+                    twin.name, new.name
+                ));
+            }
+            self.bindings.push(new);
+        }
+        self.bindings.sort_by_key(|binding| (binding.group, binding.binding));
+        Ok(())
+    }
+}
+
+/// A validator that allows so much and no more.
+pub(crate) fn validator(
+    capabilities: Capabilities,
+    subgroup_stages: ShaderStages,
+    operations: SubgroupOperationSet,
+) -> Validator {
+    let mut validator = Validator::new(ValidationFlags::all(), capabilities);
+    validator.subgroup_stages(subgroup_stages).subgroup_operations(operations);
+    validator
+}
+
+/// Whether a vertex attribute of this format is read as floats, else as `u32`.
+pub(crate) fn is_float(format: VertexFormat) -> bool {
+    match format {
+        VertexFormat::Float32x3 | VertexFormat::Unorm8x4 => true,
+        VertexFormat::Uint32 => false,
+    }
+}
+
+/// The size of a type; of a type too large to have one, the largest number there is, which no
+/// buffer has.
+fn type_bytes(ty: Handle<Type>, context: GlobalCtx<'_>) -> u64 {
+    context.types[ty].inner.try_size(context).map_or(u64::MAX, u64::from)
+}
+
+/// The `@location`s of an entry point's argument or result, also inside a structure.
+fn locations(
+    module: &Module,
+    ty: Handle<Type>,
+    binding: Option<&naga::Binding>,
+    found: &mut Vec<(u32, Handle<Type>)>,
+) {
+    match binding {
+        Some(&naga::Binding::Location { location, .. }) => found.push((location, ty)),
+        Some(naga::Binding::BuiltIn(_)) => {}
+        None => {
+            if let naga::TypeInner::Struct { members, .. } = &module.types[ty].inner {
+                for member in members {
+                    locations(module, member.ty, member.binding.as_ref(), found);
+                }
+            }
+        }
+    }
+}
+
+/// The shaders seen so far, so that each is parsed once.
+#[derive(Default)]
+pub(crate) struct Shaders {
+    by_source: HashMap<Arc<str>, Arc<Reflection>>,
+}
+
+impl Shaders {
+    /// The reflection of a shader.
+    pub(crate) fn get(&mut self, shader: &Shader) -> Result<Arc<Reflection>, String> {
+        if let Some(known) = self.by_source.get(&shader.wgsl) {
+            return Ok(known.clone());
+        }
+        let reflection = Arc::new(Reflection::new(shader)?);
+        self.by_source.insert(shader.wgsl.clone(), reflection.clone());
+        Ok(reflection)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_what_each_entry_point_binds() {
+        let shader = Shader::new(
+            "all.wgsl",
+            "struct Scene { width: u32, height: u32 }
+            @group(1) @binding(2) var<storage, read_write> counts: array<atomic<u32>>;
+            @group(0) @binding(0) var<uniform> scene: Scene;
+            @group(0) @binding(1) var<storage, read> nodes: array<vec2<u32>>;
+            @group(0) @binding(7) var<storage, read> unused: array<u32>;
+            var<workgroup> shared_nodes: array<u32, 32>;
+            fn helper() -> u32 { return nodes[0].x; }
+            @compute @workgroup_size(8, 4) fn main() {
+                shared_nodes[0] = helper();
+                atomicAdd(&counts[0], shared_nodes[0]);
+            }
+            struct In { @location(0) at: vec3<f32>, @location(3) id: u32 }
+            @vertex fn vs(in: In, @builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+                return vec4<f32>(in.at, f32(scene.width + in.id + i));
+            }
+            @fragment @early_depth_test(force) fn fs() -> @location(1) vec4<f32> {
+                return vec4<f32>(f32(atomicLoad(&counts[0])));
+            }",
+        );
+        let seen = Reflection::new(&shader).expect("valid");
+        let listed: Vec<_> = seen
+            .bindings
+            .iter()
+            .map(|b| (b.group, b.binding, b.name.as_str(), b.access, b.min_bytes))
+            .collect();
+        assert_eq!(
+            listed,
+            [
+                (0, 0, "scene", Access::Uniform, 8),
+                (0, 1, "nodes", Access::Read, 8),
+                (1, 2, "counts", Access::ReadWrite, 4),
+            ]
+        );
+        let stages = |b: &Binding| (b.compute, b.vertex, b.fragment);
+        assert_eq!(stages(&seen.bindings[0]), (false, true, false));
+        assert_eq!(stages(&seen.bindings[1]), (true, false, false));
+        assert_eq!(stages(&seen.bindings[2]), (true, false, true));
+        assert_eq!(seen.main, Some(Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128 }));
+        assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)], writes: false }));
+        let fs = Fs { outputs: vec![1], writes: false, early_depth_test: true };
+        assert_eq!(seen.fs, Some(fs));
+        assert_eq!(seen.groups(Kind::Compute), 2);
+        assert_eq!(seen.bindings_of(Kind::Raster).count(), 2);
+    }
+
+    #[test]
+    fn errors_show_the_line_and_the_label() {
+        let parse = Reflection::new(&Shader::new("broken.wgsl", "fn main() { let x = ; }"));
+        let message = parse.expect_err("does not parse");
+        assert!(message.contains("broken.wgsl:1:"), "{message}");
+        assert!(message.contains("let x = ;"), "{message}");
+
+        let types = "@compute @workgroup_size(1) fn main() { var x: u32 = 1.5f; }";
+        let message = Reflection::new(&Shader::new("types.wgsl", types)).expect_err("ill typed");
+        assert!(message.contains("types.wgsl:1:"), "{message}");
+
+        let texture = "@group(0) @binding(0) var image: texture_2d<f32>;
+            @compute @workgroup_size(1) fn main() { _ = textureDimensions(image); }";
+        let message = Reflection::new(&Shader::new("t", texture)).expect_err("no buffer");
+        assert!(message.contains("`image` is no buffer"), "{message}");
+    }
+}

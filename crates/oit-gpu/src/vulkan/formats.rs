@@ -1,0 +1,107 @@
+//! A plan's words in Vulkan's.
+
+use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
+use ash::vk;
+
+/// Every format of a target.
+pub(super) const ALL: [Format; 6] = [
+    Format::Rgba32Float,
+    Format::Rgba16Float,
+    Format::R32Float,
+    Format::R8Unorm,
+    Format::Depth32Float,
+    Format::Stencil8,
+];
+
+/// What a device may have for [`Format::Stencil8`], best first; one of the last two is always there.
+pub(super) const STENCIL: [vk::Format; 3] =
+    [vk::Format::S8_UINT, vk::Format::D24_UNORM_S8_UINT, vk::Format::D32_SFLOAT_S8_UINT];
+
+/// A target's format, where stencil is this format.
+pub(super) fn format(format: Format, stencil: vk::Format) -> vk::Format {
+    match format {
+        Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
+        Format::Rgba16Float => vk::Format::R16G16B16A16_SFLOAT,
+        Format::R32Float => vk::Format::R32_SFLOAT,
+        Format::R8Unorm => vk::Format::R8_UNORM,
+        Format::Depth32Float => vk::Format::D32_SFLOAT,
+        Format::Stencil8 => stencil,
+    }
+}
+
+/// All aspects of an image of this format.
+pub(super) fn aspects(format: vk::Format) -> vk::ImageAspectFlags {
+    match format {
+        vk::Format::D32_SFLOAT => vk::ImageAspectFlags::DEPTH,
+        vk::Format::S8_UINT => vk::ImageAspectFlags::STENCIL,
+        vk::Format::D24_UNORM_S8_UINT | vk::Format::D32_SFLOAT_S8_UINT => {
+            vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
+        }
+        _ => vk::ImageAspectFlags::COLOR,
+    }
+}
+
+/// The aspect that a plan means by this format.
+pub(super) fn aspect(format: Format) -> vk::ImageAspectFlags {
+    match format {
+        Format::Depth32Float => vk::ImageAspectFlags::DEPTH,
+        Format::Stencil8 => vk::ImageAspectFlags::STENCIL,
+        _ => vk::ImageAspectFlags::COLOR,
+    }
+}
+
+/// The layout in which a target stays between passes.
+pub(super) fn layout(format: Format) -> vk::ImageLayout {
+    match format.is_color() {
+        true => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+        false => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+    }
+}
+
+pub(super) fn compare(compare: Compare) -> vk::CompareOp {
+    match compare {
+        Compare::Always => vk::CompareOp::ALWAYS,
+        Compare::Equal => vk::CompareOp::EQUAL,
+        Compare::Less => vk::CompareOp::LESS,
+        Compare::LessEqual => vk::CompareOp::LESS_OR_EQUAL,
+        Compare::Greater => vk::CompareOp::GREATER,
+        Compare::GreaterEqual => vk::CompareOp::GREATER_OR_EQUAL,
+    }
+}
+
+pub(super) fn stencil_op(op: StencilOp) -> vk::StencilOp {
+    match op {
+        StencilOp::Keep => vk::StencilOp::KEEP,
+        StencilOp::Zero => vk::StencilOp::ZERO,
+        StencilOp::Replace => vk::StencilOp::REPLACE,
+        StencilOp::IncrementClamp => vk::StencilOp::INCREMENT_AND_CLAMP,
+    }
+}
+
+pub(super) fn vertex(format: VertexFormat) -> vk::Format {
+    match format {
+        VertexFormat::Float32x3 => vk::Format::R32G32B32_SFLOAT,
+        VertexFormat::Unorm8x4 => vk::Format::R8G8B8A8_UNORM,
+        VertexFormat::Uint32 => vk::Format::R32_UINT,
+    }
+}
+
+pub(super) fn blend(blend: Option<Blend>, write: bool) -> vk::PipelineColorBlendAttachmentState {
+    use vk::{BlendFactor, BlendOp};
+    let mask = if write { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
+    let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
+    let (op, target) = match blend {
+        None => return state,
+        Some(Blend::Add) => (BlendOp::ADD, BlendFactor::ONE),
+        Some(Blend::Max) => (BlendOp::MAX, BlendFactor::ONE),
+        Some(Blend::Over) => (BlendOp::ADD, BlendFactor::ONE_MINUS_SRC_ALPHA),
+    };
+    state
+        .blend_enable(true)
+        .color_blend_op(op)
+        .alpha_blend_op(op)
+        .src_color_blend_factor(BlendFactor::ONE)
+        .src_alpha_blend_factor(BlendFactor::ONE)
+        .dst_color_blend_factor(target)
+        .dst_alpha_blend_factor(target)
+}

@@ -1,0 +1,323 @@
+//! Pipelines: SPIR-V from naga, layouts from the reflection, and the driver's cache.
+
+use super::gpu::Gpu;
+use super::{failure, formats};
+use crate::GpuError;
+use crate::cache_file::CacheFile;
+use crate::pipeline_key::{PipelineKey, RasterKey};
+use crate::reflect::{Access, Kind, Reflection};
+use ash::vk;
+use naga::back::spv;
+use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+/// A pipeline and its layouts.
+pub(super) struct Pipeline {
+    gpu: Rc<Gpu>,
+    pub(super) raw: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    /// One for each bind group, gaps included.
+    pub(super) sets: Vec<vk::DescriptorSetLayout>,
+}
+
+/// The pipelines made so far, and the cache that outlives the process.
+pub(super) struct Pipelines {
+    gpu: Rc<Gpu>,
+    by_key: HashMap<PipelineKey, Rc<Pipeline>>,
+    cache: vk::PipelineCache,
+    file: CacheFile,
+}
+
+impl Pipelines {
+    pub(super) fn new(gpu: &Rc<Gpu>, cache_dir: &Path) -> Result<Self, GpuError> {
+        let mut file = CacheFile::new(cache_dir, &gpu.physical.cache_name);
+        let stored = file.load().unwrap_or_default();
+        let create = vk::PipelineCacheCreateInfo::default().initial_data(&stored);
+        // SAFETY: the data is what the same driver gave (its UUID is in the file's name, a checksum
+        // before it), and the driver checks its header.
+        let cache = unsafe { gpu.device.create_pipeline_cache(&create, None) }
+            .map_err(|error| failure("creating a pipeline cache", error))?;
+        Ok(Self { gpu: gpu.clone(), by_key: HashMap::new(), cache, file })
+    }
+
+    /// The pipeline of this key, compiled at its first use.
+    pub(super) fn get(
+        &mut self,
+        key: PipelineKey,
+        label: &str,
+        reflection: &Reflection,
+    ) -> Result<Rc<Pipeline>, GpuError> {
+        if let Some(known) = self.by_key.get(&key) {
+            return Ok(known.clone());
+        }
+        let kind = match key {
+            PipelineKey::Compute { .. } => Kind::Compute,
+            PipelineKey::Raster(_) => Kind::Raster,
+        };
+        let mut pipeline = Pipeline::with_layout(&self.gpu, reflection, kind)?;
+        pipeline.raw = match &key {
+            PipelineKey::Compute { .. } => self.compute(label, reflection, pipeline.layout)?,
+            PipelineKey::Raster(state) => self.raster(label, reflection, pipeline.layout, state)?,
+        };
+        let pipeline = Rc::new(pipeline);
+        self.by_key.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// Stores the driver's cache if it has grown.
+    pub(super) fn store(&mut self) {
+        // SAFETY: the cache is alive.
+        if let Ok(data) = unsafe { self.gpu.device.get_pipeline_cache_data(self.cache) }
+            && self.file.is_new(data.len())
+        {
+            self.file.store(&data);
+        }
+    }
+
+    fn compute(
+        &self,
+        label: &str,
+        reflection: &Reflection,
+        layout: vk::PipelineLayout,
+    ) -> Result<vk::Pipeline, GpuError> {
+        let module = Module::new(&self.gpu, label, reflection, naga::ShaderStage::Compute, "main")?;
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.raw)
+            .name(c"main");
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        // SAFETY: the module and the layout are alive, and both come from the same reflection.
+        let made = unsafe { self.gpu.device.create_compute_pipelines(self.cache, &create, None) };
+        made.map(|pipelines| pipelines[0])
+            .map_err(|(_, error)| failure(&format!("compiling {label:?}"), error))
+    }
+
+    fn raster(
+        &self,
+        label: &str,
+        reflection: &Reflection,
+        layout: vk::PipelineLayout,
+        key: &RasterKey,
+    ) -> Result<vk::Pipeline, GpuError> {
+        let gpu = &self.gpu;
+        let vs = Module::new(gpu, label, reflection, naga::ShaderStage::Vertex, "vs")?;
+        let fs = Module::new(gpu, label, reflection, naga::ShaderStage::Fragment, "fs")?;
+        let stage = vk::PipelineShaderStageCreateInfo::default();
+        let stages = [
+            stage.stage(vk::ShaderStageFlags::VERTEX).module(vs.raw).name(c"vs"),
+            stage.stage(vk::ShaderStageFlags::FRAGMENT).module(fs.raw).name(c"fs"),
+        ];
+        let mut bindings = Vec::new();
+        let mut attributes = Vec::new();
+        if let Some(layout) = &key.layout {
+            bindings.push(vk::VertexInputBindingDescription {
+                binding: 0,
+                stride: layout.stride_bytes,
+                input_rate: vk::VertexInputRate::VERTEX,
+            });
+            // What the shader does not read is left out, as the validation layer asks.
+            let read = reflection.vs.iter().flat_map(|vs| &vs.inputs).map(|input| input.0);
+            let read: Vec<u32> = read.collect();
+            let used = layout.attributes.iter().filter(|a| read.contains(&a.location));
+            attributes.extend(used.map(|a| vk::VertexInputAttributeDescription {
+                location: a.location,
+                binding: 0,
+                format: formats::vertex(a.format),
+                offset: a.offset_bytes,
+            }));
+        }
+        let vertex = vk::PipelineVertexInputStateCreateInfo::default()
+            .vertex_binding_descriptions(&bindings)
+            .vertex_attribute_descriptions(&attributes);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(vk::CullModeFlags::NONE)
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let mut depth_stencil = vk::PipelineDepthStencilStateCreateInfo::default();
+        if let Some(depth) = &key.depth {
+            depth_stencil = depth_stencil
+                .depth_test_enable(true)
+                .depth_write_enable(depth.write)
+                .depth_compare_op(formats::compare(depth.compare));
+        }
+        if let Some(stencil) = &key.stencil {
+            // The depth of a combined format is neither tested nor written.
+            let face = vk::StencilOpState::default()
+                .compare_op(formats::compare(stencil.compare))
+                .pass_op(formats::stencil_op(stencil.pass))
+                .fail_op(formats::stencil_op(stencil.fail))
+                .compare_mask(0xFF)
+                .write_mask(0xFF);
+            depth_stencil = depth_stencil.stencil_test_enable(true).front(face).back(face);
+        }
+        let blends: Vec<_> =
+            key.color.iter().map(|color| formats::blend(color.blend, color.write)).collect();
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+        let dynamic = [
+            vk::DynamicState::VIEWPORT,
+            vk::DynamicState::SCISSOR,
+            vk::DynamicState::STENCIL_REFERENCE,
+        ];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let stencil_format = gpu.physical.stencil_format;
+        let colors: Vec<_> =
+            key.color.iter().map(|color| formats::format(color.format, stencil_format)).collect();
+        let mut rendering =
+            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&colors);
+        if key.depth.is_some() {
+            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
+        }
+        if key.stencil.is_some() {
+            rendering = rendering.stencil_attachment_format(stencil_format);
+        }
+        let create = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&rasterization)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth_stencil)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(layout)
+            .push_next(&mut rendering)];
+        // SAFETY: the modules and the layout are alive and come from the same reflection; the plan
+        // was checked for what the state names.
+        let made = unsafe { gpu.device.create_graphics_pipelines(self.cache, &create, None) };
+        made.map(|pipelines| pipelines[0])
+            .map_err(|(_, error)| failure(&format!("compiling {label:?}"), error))
+    }
+}
+
+impl Drop for Pipelines {
+    fn drop(&mut self) {
+        self.store();
+        // SAFETY: nothing is being compiled.
+        unsafe { self.gpu.device.destroy_pipeline_cache(self.cache, None) };
+    }
+}
+
+impl Pipeline {
+    /// The layouts of a shader, without the pipeline.
+    fn with_layout(gpu: &Rc<Gpu>, reflection: &Reflection, kind: Kind) -> Result<Self, GpuError> {
+        let (raw, layout) = (vk::Pipeline::null(), vk::PipelineLayout::null());
+        let mut pipeline = Self { gpu: gpu.clone(), raw, layout, sets: Vec::new() };
+        for group in 0..reflection.groups(kind) {
+            let bindings: Vec<_> = reflection
+                .bindings_of(kind)
+                .filter(|binding| binding.group == group)
+                .map(|binding| {
+                    let stages = match kind {
+                        Kind::Compute => vk::ShaderStageFlags::COMPUTE,
+                        Kind::Raster => {
+                            vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
+                        }
+                    };
+                    vk::DescriptorSetLayoutBinding::default()
+                        .binding(binding.binding)
+                        .descriptor_type(descriptor_type(binding.access))
+                        .descriptor_count(1)
+                        .stage_flags(stages)
+                })
+                .collect();
+            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+            // SAFETY: the device is alive; no two bindings are the same.
+            let set = unsafe { gpu.device.create_descriptor_set_layout(&create, None) }
+                .map_err(|error| failure("creating a descriptor set layout", error))?;
+            pipeline.sets.push(set);
+        }
+        let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&pipeline.sets);
+        // SAFETY: the set layouts are alive.
+        pipeline.layout = unsafe { gpu.device.create_pipeline_layout(&create, None) }
+            .map_err(|error| failure("creating a pipeline layout", error))?;
+        Ok(pipeline)
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // SAFETY: every submission is waited for, so nothing uses the pipeline.
+        unsafe {
+            self.gpu.device.destroy_pipeline(self.raw, None);
+            self.gpu.device.destroy_pipeline_layout(self.layout, None);
+            for &set in &self.sets {
+                self.gpu.device.destroy_descriptor_set_layout(set, None);
+            }
+        }
+    }
+}
+
+/// The kind of descriptor that a buffer so declared has.
+pub(super) fn descriptor_type(access: Access) -> vk::DescriptorType {
+    match access {
+        Access::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+        Access::Read | Access::ReadWrite => vk::DescriptorType::STORAGE_BUFFER,
+    }
+}
+
+/// A shader module, needed only while its pipeline is made.
+struct Module<'a> {
+    gpu: &'a Gpu,
+    raw: vk::ShaderModule,
+}
+
+impl<'a> Module<'a> {
+    fn new(
+        gpu: &'a Gpu,
+        label: &str,
+        reflection: &Reflection,
+        stage: naga::ShaderStage,
+        entry_point: &str,
+    ) -> Result<Self, GpuError> {
+        let code = spirv(reflection, stage, entry_point).map_err(|error| {
+            GpuError::Unsupported(format!("shader {label:?} has no SPIR-V: {error}"))
+        })?;
+        let create = vk::ShaderModuleCreateInfo::default().code(&code);
+        // SAFETY: naga writes valid SPIR-V from a validated module.
+        let raw = unsafe { gpu.device.create_shader_module(&create, None) }
+            .map_err(|error| failure(&format!("loading {label:?}"), error))?;
+        Ok(Self { gpu, raw })
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the pipeline is made, or has failed.
+        unsafe { self.gpu.device.destroy_shader_module(self.raw, None) };
+    }
+}
+
+/// The SPIR-V of an entry point, with none of the checks that would be timed along with it. The
+/// options are those of the wgpu backend's unchecked shaders.
+fn spirv(
+    reflection: &Reflection,
+    shader_stage: naga::ShaderStage,
+    entry_point: &str,
+) -> Result<Vec<u32>, spv::Error> {
+    let options = spv::Options {
+        lang_version: (1, 6),
+        flags: spv::WriterFlags::empty(),
+        bounds_check_policies: BoundsCheckPolicies {
+            index: BoundsCheckPolicy::Unchecked,
+            buffer: BoundsCheckPolicy::Unchecked,
+            image_load: BoundsCheckPolicy::Unchecked,
+            binding_array: BoundsCheckPolicy::Unchecked,
+        },
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
+        force_loop_bounding: false,
+        emit_int_div_checks: false,
+        ..spv::Options::default()
+    };
+    let pipeline = spv::PipelineOptions { shader_stage, entry_point: entry_point.to_owned() };
+    spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))
+}

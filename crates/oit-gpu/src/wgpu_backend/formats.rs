@@ -1,0 +1,72 @@
+//! A plan's words in wgpu's.
+
+use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
+
+/// Every format of a target.
+pub(super) const ALL: [Format; 6] = [
+    Format::Rgba32Float,
+    Format::Rgba16Float,
+    Format::R32Float,
+    Format::R8Unorm,
+    Format::Depth32Float,
+    Format::Stencil8,
+];
+
+pub(super) fn format(format: Format) -> wgpu::TextureFormat {
+    match format {
+        Format::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
+        Format::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
+        Format::R32Float => wgpu::TextureFormat::R32Float,
+        Format::R8Unorm => wgpu::TextureFormat::R8Unorm,
+        Format::Depth32Float => wgpu::TextureFormat::Depth32Float,
+        Format::Stencil8 => wgpu::TextureFormat::Stencil8,
+    }
+}
+
+/// The aspect that a plan means by this format.
+pub(super) fn aspect(format: Format) -> wgpu::TextureAspect {
+    match format {
+        Format::Depth32Float => wgpu::TextureAspect::DepthOnly,
+        Format::Stencil8 => wgpu::TextureAspect::StencilOnly,
+        _ => wgpu::TextureAspect::All,
+    }
+}
+
+pub(super) fn compare(compare: Compare) -> wgpu::CompareFunction {
+    match compare {
+        Compare::Always => wgpu::CompareFunction::Always,
+        Compare::Equal => wgpu::CompareFunction::Equal,
+        Compare::Less => wgpu::CompareFunction::Less,
+        Compare::LessEqual => wgpu::CompareFunction::LessEqual,
+        Compare::Greater => wgpu::CompareFunction::Greater,
+        Compare::GreaterEqual => wgpu::CompareFunction::GreaterEqual,
+    }
+}
+
+pub(super) fn stencil_op(op: StencilOp) -> wgpu::StencilOperation {
+    match op {
+        StencilOp::Keep => wgpu::StencilOperation::Keep,
+        StencilOp::Zero => wgpu::StencilOperation::Zero,
+        StencilOp::Replace => wgpu::StencilOperation::Replace,
+        StencilOp::IncrementClamp => wgpu::StencilOperation::IncrementClamp,
+    }
+}
+
+pub(super) fn vertex(format: VertexFormat) -> wgpu::VertexFormat {
+    match format {
+        VertexFormat::Float32x3 => wgpu::VertexFormat::Float32x3,
+        VertexFormat::Unorm8x4 => wgpu::VertexFormat::Unorm8x4,
+        VertexFormat::Uint32 => wgpu::VertexFormat::Uint32,
+    }
+}
+
+pub(super) fn blend(blend: Blend) -> wgpu::BlendState {
+    use wgpu::{BlendFactor, BlendOperation};
+    let (operation, dst_factor) = match blend {
+        Blend::Add => (BlendOperation::Add, BlendFactor::One),
+        Blend::Max => (BlendOperation::Max, BlendFactor::One),
+        Blend::Over => (BlendOperation::Add, BlendFactor::OneMinusSrcAlpha),
+    };
+    let component = wgpu::BlendComponent { src_factor: BlendFactor::One, dst_factor, operation };
+    wgpu::BlendState { color: component, alpha: component }
+}

@@ -1,0 +1,285 @@
+//! A plan made ready: its resources and bind groups, encoded anew at every run.
+
+use super::formats;
+use super::pipeline::{Pipeline, Raw};
+use crate::reflect::{Kind, Reflection};
+use crate::timing::Stages;
+use crate::{Contents, Dispatch, Draw, Load, Pass, Plan, Raster, Target, Work};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// A plan made ready.
+pub(super) struct Prepared {
+    pub(super) plan: Plan,
+    pub(super) buffers: Vec<wgpu::Buffer>,
+    pub(super) targets: Vec<wgpu::Texture>,
+    views: Vec<wgpu::TextureView>,
+    passes: Vec<Option<Bound>>,
+    pub(super) stages: Stages,
+    pub(super) stamps: Option<Stamps>,
+}
+
+/// A pass's pipeline, and its bind groups with their indices.
+struct Bound {
+    pipeline: Rc<Pipeline>,
+    groups: Vec<(u32, wgpu::BindGroup)>,
+}
+
+/// Timestamps and the buffers in which they come back.
+pub(super) struct Stamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    pub(super) readable: wgpu::Buffer,
+}
+
+impl Stamps {
+    fn new(device: &wgpu::Device, count: u32) -> Self {
+        let size = u64::from(count) * u64::from(wgpu::QUERY_SIZE);
+        let buffer = |usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: None,
+                ty: wgpu::QueryType::Timestamp,
+                count,
+            }),
+            resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            readable: buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
+        }
+    }
+}
+
+impl Prepared {
+    /// Makes bind groups and timestamps. Errors go to the device's error handler.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        plan: &Plan,
+        reflections: &[Option<Arc<Reflection>>],
+        pipelines: Vec<Option<Rc<Pipeline>>>,
+        buffers: Vec<wgpu::Buffer>,
+        targets: Vec<wgpu::Texture>,
+        has_timestamps: bool,
+    ) -> Self {
+        // The host has no further use for the data, and the device holds it.
+        let mut kept = plan.clone();
+        for buffer in &mut kept.buffers {
+            if let Contents::Data(data) = &mut buffer.contents {
+                *data = Arc::new([]);
+            }
+        }
+        let stages = Stages::new(plan);
+        let stamps = has_timestamps.then(|| Stamps::new(device, stages.stamps()));
+        let views = targets.iter().map(|texture| texture.create_view(&Default::default()));
+        let mut prepared = Self {
+            views: views.collect(),
+            plan: kept,
+            buffers,
+            targets,
+            passes: Vec::new(),
+            stages,
+            stamps,
+        };
+        prepared.passes = pipelines
+            .into_iter()
+            .zip(reflections)
+            .zip(&plan.passes)
+            .map(|((pipeline, reflection), pass)| {
+                let (pipeline, reflection) = (pipeline?, reflection.as_ref()?);
+                let groups = prepared.groups(device, &pipeline, reflection, pass);
+                Some(Bound { pipeline, groups })
+            })
+            .collect();
+        prepared
+    }
+
+    /// The buffer of this name; the plan was checked, so every name it uses has one.
+    pub(super) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        let index = self.plan.buffers.iter().position(|buffer| buffer.name == name)?;
+        self.buffers.get(index)
+    }
+
+    fn view(&self, name: &str) -> Option<&wgpu::TextureView> {
+        let index = self.plan.targets.iter().position(|target: &Target| target.name == name)?;
+        self.views.get(index)
+    }
+
+    fn groups(
+        &self,
+        device: &wgpu::Device,
+        pipeline: &Pipeline,
+        reflection: &Reflection,
+        pass: &Pass,
+    ) -> Vec<(u32, wgpu::BindGroup)> {
+        let kind = match pass.work {
+            Work::Raster(_) => Kind::Raster,
+            _ => Kind::Compute,
+        };
+        let group = |(index, layout): (u32, &Option<wgpu::BindGroupLayout>)| {
+            let bindings = reflection.bindings_of(kind).filter(|binding| binding.group == index);
+            let entries: Vec<_> = bindings
+                .filter_map(|binding| {
+                    let resource = self.buffer(&binding.name)?.as_entire_binding();
+                    Some(wgpu::BindGroupEntry { binding: binding.binding, resource })
+                })
+                .collect();
+            let layout = layout.as_ref()?;
+            let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+            Some((index, device.create_bind_group(&descriptor)))
+        };
+        (0..).zip(&pipeline.groups).filter_map(group).collect()
+    }
+
+    /// Encodes the plan, its timestamps and their way back.
+    pub(super) fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        let stamp = |encoder: &mut wgpu::CommandEncoder, index| {
+            if let Some(stamps) = &self.stamps {
+                encoder.write_timestamp(&stamps.queries, index);
+            }
+        };
+        stamp(encoder, 0);
+        for (run, passes) in (1..).zip(&self.stages.runs) {
+            for index in passes.clone() {
+                self.encode_pass(encoder, index);
+            }
+            stamp(encoder, run);
+        }
+        if let Some(Stamps { queries, resolved, readable }) = &self.stamps {
+            encoder.resolve_query_set(queries, 0..self.stages.stamps(), resolved, 0);
+            encoder.copy_buffer_to_buffer(resolved, 0, readable, 0, readable.size());
+        }
+    }
+
+    fn encode_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize) {
+        match (&self.plan.passes[index].work, &self.passes[index]) {
+            (Work::Clear { buffer }, _) => {
+                if let Some(buffer) = self.buffer(buffer) {
+                    encoder.clear_buffer(buffer, 0, None);
+                }
+            }
+            (Work::Compute { dispatch, .. }, Some(Bound { pipeline, groups })) => {
+                let Raw::Compute(pipeline) = &pipeline.raw else { return };
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                pass.set_pipeline(pipeline);
+                for (index, group) in groups {
+                    pass.set_bind_group(*index, group, &[]);
+                }
+                match dispatch {
+                    Dispatch::Workgroups([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+                    Dispatch::Indirect { buffer, offset_bytes } => {
+                        if let Some(buffer) = self.buffer(buffer) {
+                            pass.dispatch_workgroups_indirect(buffer, *offset_bytes);
+                        }
+                    }
+                }
+            }
+            (Work::Raster(raster), Some(bound)) => self.encode_raster(encoder, raster, bound),
+            _ => {}
+        }
+    }
+
+    fn encode_raster(&self, encoder: &mut wgpu::CommandEncoder, raster: &Raster, bound: &Bound) {
+        let Raw::Raster(pipeline) = &bound.pipeline.raw else { return };
+        let store = wgpu::StoreOp::Store;
+        let colors: Vec<_> = raster
+            .color
+            .iter()
+            .map(|color| {
+                let load = match color.load {
+                    Load::Clear([r, g, b, a]) => {
+                        let [r, g, b, a] = [r, g, b, a].map(f64::from);
+                        wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a })
+                    }
+                    Load::Keep => wgpu::LoadOp::Load,
+                };
+                Some(wgpu::RenderPassColorAttachment {
+                    view: self.view(&color.target)?,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load, store },
+                })
+            })
+            .collect();
+        let attachment = raster.depth_stencil.as_ref();
+        let depth_stencil_attachment = attachment.and_then(|attachment| {
+            Some(wgpu::RenderPassDepthStencilAttachment {
+                view: self.view(&attachment.target)?,
+                depth_ops: attachment.depth.map(|depth| {
+                    let load = match depth.load {
+                        Load::Clear(value) => wgpu::LoadOp::Clear(value),
+                        Load::Keep => wgpu::LoadOp::Load,
+                    };
+                    wgpu::Operations { load, store }
+                }),
+                stencil_ops: attachment.stencil.map(|stencil| {
+                    let load = match stencil.clear {
+                        Some(value) => wgpu::LoadOp::Clear(u32::from(value)),
+                        None => wgpu::LoadOp::Load,
+                    };
+                    wgpu::Operations { load, store }
+                }),
+            })
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &colors,
+            depth_stencil_attachment,
+            ..wgpu::RenderPassDescriptor::default()
+        });
+        pass.set_pipeline(pipeline);
+        for (index, group) in &bound.groups {
+            pass.set_bind_group(*index, group, &[]);
+        }
+        if let Some(stencil) = attachment.and_then(|attachment| attachment.stencil) {
+            pass.set_stencil_reference(u32::from(stencil.reference));
+        }
+        match &raster.draw {
+            Draw::Vertices { count, instances } => pass.draw(0..*count, 0..*instances),
+            Draw::Indexed { vertices, indices, count, .. } => {
+                if let (Some(vertices), Some(indices)) =
+                    (self.buffer(vertices), self.buffer(indices))
+                {
+                    pass.set_vertex_buffer(0, vertices.slice(..));
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed(0..*count, 0, 0..1);
+                }
+            }
+        }
+    }
+
+    /// Encodes the copy of a target to a buffer; the buffer and the bytes of a row in it.
+    pub(super) fn encode_read(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        index: usize,
+    ) -> (wgpu::Buffer, u32) {
+        let target = &self.plan.targets[index];
+        let row_bytes = target.width * target.format.bytes() as u32;
+        let padded_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let readable = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(padded_bytes) * u64::from(target.height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let from = wgpu::TexelCopyTextureInfo {
+            texture: &self.targets[index],
+            mip_level: 0,
+            origin: wgpu::Origin3d::ZERO,
+            aspect: formats::aspect(target.format),
+        };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(padded_bytes),
+            rows_per_image: None,
+        };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &readable, layout };
+        encoder.copy_texture_to_buffer(from, to, self.targets[index].size());
+        (readable, padded_bytes)
+    }
+}

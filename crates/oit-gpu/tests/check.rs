@@ -1,0 +1,302 @@
+//! What `Plan::check` refuses, and how a plan is printed; no GPU is needed.
+
+use oit_gpu::{
+    Buffer, ColorAttachment, Compare, Depth, DepthStencil, Dispatch, Draw, Format, GpuError, Load,
+    Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
+    VertexLayout, Work,
+};
+
+const COUNT: &str = "
+@group(0) @binding(0) var<storage, read> nodes: array<u32>;
+@group(0) @binding(1) var<storage, read_write> counts: array<u32>;
+@compute @workgroup_size(64) fn main() { counts[0] = nodes[0]; }
+";
+
+const MASKED: &str = "
+@group(0) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;
+@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+    return vec4<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0, 0.5, 1.0);
+}
+@fragment @early_depth_test(force) fn fs() -> @location(0) vec4<f32> {
+    atomicAdd(&counts[0], 1u);
+    return vec4<f32>(1.0);
+}
+";
+
+fn target(name: &str, format: Format) -> Target {
+    Target { name: name.to_owned(), format, width: 8, height: 4 }
+}
+
+fn color(target: &str) -> ColorAttachment {
+    let load = Load::Clear([0.0; 4]);
+    ColorAttachment { target: target.to_owned(), load, blend: None, write: true }
+}
+
+fn stencil(target: &str, compare: Compare) -> Option<DepthStencil> {
+    let (pass, fail) = (StencilOp::Keep, StencilOp::Keep);
+    let stencil = Some(Stencil { clear: Some(1), compare, reference: 1, pass, fail });
+    Some(DepthStencil { target: target.to_owned(), depth: None, stencil })
+}
+
+fn compute_plan() -> Plan {
+    Plan {
+        name: "compute".to_owned(),
+        buffers: vec![
+            Buffer::data("nodes", vec![0; 64].into()),
+            Buffer::new("counts", 64),
+            Buffer::new("groups", 16),
+        ],
+        targets: vec![],
+        passes: vec![
+            Pass::clear("clear", "counts"),
+            Pass::compute("count", Shader::new("count", COUNT), Dispatch::Workgroups([2, 1, 1])),
+        ],
+    }
+}
+
+fn raster_plan() -> Plan {
+    let raster = Raster {
+        shader: Shader::new("masked", MASKED),
+        draw: Draw::Vertices { count: 3, instances: 1 },
+        color: vec![color("image")],
+        depth_stencil: stencil("mask", Compare::Equal),
+    };
+    Plan {
+        name: "raster".to_owned(),
+        buffers: vec![Buffer::new("counts", 16)],
+        targets: vec![target("image", Format::Rgba16Float), target("mask", Format::Stencil8)],
+        passes: vec![Pass::raster("resolve", raster)],
+    }
+}
+
+fn raster_of(plan: &mut Plan) -> &mut Raster {
+    match &mut plan.passes[0].work {
+        Work::Raster(raster) => raster,
+        _ => unreachable!("the pass is a raster pass"),
+    }
+}
+
+/// The fault of a plan that should have one.
+fn fault(plan: &Plan) -> String {
+    match plan.check() {
+        Err(GpuError::Plan { plan: name, what }) => {
+            assert_eq!(name, plan.name);
+            what
+        }
+        other => panic!("a fault was expected: {other:?}"),
+    }
+}
+
+/// Asserts that a change to a sound plan is refused with these words.
+fn refused(sound: fn() -> Plan, change: impl FnOnce(&mut Plan), words: &[&str]) {
+    let mut plan = sound();
+    plan.check().expect("sound before the change");
+    change(&mut plan);
+    let what = fault(&plan);
+    for word in words {
+        assert!(what.contains(word), "{word:?} is not in: {what}");
+    }
+}
+
+#[test]
+fn names_must_have_resources() {
+    refused(
+        compute_plan,
+        |p| p.buffers[0].name = "nodse".to_owned(),
+        &["pass \"count\"", "shader \"count\"", "`nodes`", "the nearest is \"nodse\""],
+    );
+    refused(
+        compute_plan,
+        |p| p.buffers[1].name = "count".to_owned(),
+        &["pass \"clear counts\"", "\"counts\"", "the nearest is \"count\""],
+    );
+    refused(
+        raster_plan,
+        |p| p.targets[0].name = "imago".to_owned(),
+        &["no target is named \"image\"", "\"imago\""],
+    );
+    refused(compute_plan, |p| p.buffers.push(Buffer::new("counts", 4)), &["two resources"]);
+    refused(raster_plan, |p| p.buffers.push(Buffer::new("mask", 4)), &["two resources"]);
+}
+
+#[test]
+fn given_data_is_not_written() {
+    let given = || Buffer::data("counts", vec![0; 64].into());
+    refused(compute_plan, |p| p.buffers[1] = given(), &["\"counts\" has given data"]);
+    let only_shader = |p: &mut Plan| {
+        p.passes.remove(0);
+        p.buffers[1] = given();
+    };
+    refused(compute_plan, only_shader, &["shader \"count\"", "\"counts\" has given data"]);
+    refused(compute_plan, |p| p.buffers[0].bytes = 60, &["of 60 bytes and has 64"]);
+}
+
+#[test]
+fn shaders_must_compile_and_have_their_entry_points() {
+    let with = |wgsl: &'static str| {
+        move |p: &mut Plan| {
+            let shader = Shader::new("broken.wgsl", wgsl);
+            p.passes[1] = Pass::compute("count", shader, Dispatch::Workgroups([1, 1, 1]));
+        }
+    };
+    refused(compute_plan, with("fn main( {}"), &["broken.wgsl:1:", "fn main( {}"]);
+    refused(compute_plan, with(MASKED), &["no compute entry point `main`"]);
+    refused(compute_plan, with("override n: u32 = 3;"), &["override n"]);
+    refused(raster_plan, |p| raster_of(p).shader = Shader::new("c", COUNT), &["`vs` and `fs`"]);
+    let large = "@group(0) @binding(0) var<uniform> nodes: array<vec4<u32>, 5>;
+        @compute @workgroup_size(1) fn main() { _ = nodes[0]; }";
+    refused(compute_plan, with(large), &["needs 80 bytes and the buffer has 64"]);
+}
+
+#[test]
+fn indirect_counts_are_inside_their_buffer() {
+    let indirect = |offset_bytes| {
+        move |p: &mut Plan| {
+            let buffer = "groups".to_owned();
+            let dispatch = Dispatch::Indirect { buffer, offset_bytes };
+            p.passes[1] = Pass::compute("count", Shader::new("count", COUNT), dispatch);
+        }
+    };
+    let mut plan = compute_plan();
+    indirect(4)(&mut plan);
+    plan.check().expect("sound");
+    for offset in [2, 8, u64::MAX - 3] {
+        refused(compute_plan, indirect(offset), &["\"groups\", which has 16"]);
+    }
+    let own = |p: &mut Plan| {
+        let dispatch = Dispatch::Indirect { buffer: "counts".to_owned(), offset_bytes: 0 };
+        p.passes[1] = Pass::compute("count", Shader::new("count", COUNT), dispatch);
+    };
+    refused(compute_plan, own, &["`counts`", "written by the pass"]);
+}
+
+#[test]
+fn a_tested_fragment_shader_that_writes_must_test_early() {
+    let late = || Shader::new("late", MASKED.replace("@early_depth_test(force)", ""));
+    refused(raster_plan, |p| raster_of(p).shader = late(), &["@early_depth_test(force)", "late"]);
+    let depth_tested = |p: &mut Plan| {
+        p.targets[1].format = Format::Depth32Float;
+        let load = Load::Clear(1.0);
+        let depth = Some(Depth { load, compare: Compare::Less, write: false });
+        let raster = raster_of(p);
+        raster.shader = late();
+        raster.depth_stencil =
+            Some(DepthStencil { target: "mask".to_owned(), depth, stencil: None });
+    };
+    refused(raster_plan, depth_tested, &["@early_depth_test(force)"]);
+    // Nothing is rejected, or nothing is written.
+    let mut plan = raster_plan();
+    raster_of(&mut plan).shader = late();
+    raster_of(&mut plan).depth_stencil = stencil("mask", Compare::Always);
+    plan.check().expect("sound");
+    raster_of(&mut plan).depth_stencil = None;
+    plan.check().expect("sound");
+    let reads = MASKED
+        .replace("@early_depth_test(force)", "")
+        .replace("atomicAdd(&counts[0], 1u)", "_ = atomicLoad(&counts[0])");
+    let mut plan = raster_plan();
+    raster_of(&mut plan).shader = Shader::new("reads", reads);
+    plan.check().expect("sound");
+}
+
+#[test]
+fn attachments_fit_each_other_and_the_shader() {
+    refused(raster_plan, |p| p.targets[1].width = 9, &["\"mask\" is 9x4", "\"image\" is 8x4"]);
+    refused(raster_plan, |p| p.targets[0].height = 0, &["\"image\" is 8x0"]);
+    refused(raster_plan, |p| raster_of(p).color.push(color("image")), &["attached twice"]);
+    refused(raster_plan, |p| p.targets[0].format = Format::Depth32Float, &["does not go there"]);
+    refused(raster_plan, |p| p.targets[1].format = Format::R8Unorm, &["does not go there"]);
+    refused(raster_plan, |p| p.targets[1].format = Format::Depth32Float, &["test of its format"]);
+    let bare = |p: &mut Plan| {
+        let raster = raster_of(p);
+        raster.color.clear();
+        raster.depth_stencil = None;
+    };
+    refused(raster_plan, bare, &["no attachment"]);
+    let second = |p: &mut Plan| {
+        p.targets.push(target("other", Format::R8Unorm));
+        raster_of(p).color.push(color("other"));
+    };
+    refused(raster_plan, second, &["no @location(1)", "\"other\""]);
+}
+
+#[test]
+fn vertices_fit_the_shader() {
+    fn indexed() -> Plan {
+        let mut plan = raster_plan();
+        plan.buffers.push(Buffer::data("vertices", vec![0; 48].into()));
+        plan.buffers.push(Buffer::data("indices", vec![0; 12].into()));
+        let at = VertexAttribute { location: 0, format: VertexFormat::Float32x3, offset_bytes: 0 };
+        let raster = raster_of(&mut plan);
+        raster.shader = Shader::new(
+            "indexed",
+            MASKED.replace("@builtin(vertex_index) i: u32", "@location(0) at: vec3<f32>").replace(
+                "vec4<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0, 0.5, 1.0)",
+                "vec4<f32>(at, 1.0)",
+            ),
+        );
+        raster.draw = Draw::Indexed {
+            vertices: "vertices".to_owned(),
+            layout: VertexLayout { stride_bytes: 16, attributes: vec![at] },
+            indices: "indices".to_owned(),
+            count: 3,
+        };
+        plan
+    }
+    fn draw(plan: &mut Plan) -> (&mut VertexLayout, &mut u32) {
+        match &mut raster_of(plan).draw {
+            Draw::Indexed { layout, count, .. } => (layout, count),
+            Draw::Vertices { .. } => unreachable!("the draw is indexed"),
+        }
+    }
+    refused(indexed, |p| *draw(p).1 = 5, &["5 indices", "which has 16 bytes"]);
+    refused(indexed, |p| draw(p).0.stride_bytes = 8, &["not inside the vertex"]);
+    refused(indexed, |p| draw(p).0.stride_bytes = 14, &["no multiple of 4"]);
+    refused(indexed, |p| draw(p).0.attributes[0].offset_bytes = 8, &["not inside the vertex"]);
+    refused(indexed, |p| draw(p).0.attributes[0].location = 1, &["f32 at @location(0)"]);
+    refused(indexed, |p| draw(p).0.attributes[0].format = VertexFormat::Uint32, &["f32 at"]);
+    let none = |p: &mut Plan| raster_of(p).draw = Draw::Vertices { count: 3, instances: 1 };
+    refused(indexed, none, &["@location(0)", "nothing is bound"]);
+    let written = |p: &mut Plan| {
+        p.buffers.truncate(1);
+        p.buffers[0].bytes = 64;
+        p.buffers.push(Buffer::data("indices", vec![0; 12].into()));
+        if let Draw::Indexed { vertices, .. } = &mut raster_of(p).draw {
+            *vertices = "counts".to_owned();
+        }
+    };
+    refused(indexed, written, &["`counts`", "written by the pass"]);
+}
+
+#[test]
+fn a_plan_prints_what_it_does() {
+    let mut plan = raster_plan();
+    plan.passes.splice(0..0, compute_plan().passes);
+    plan.buffers = compute_plan().buffers;
+    assert_eq!(
+        plan.to_string(),
+        "\
+plan raster
+buffers
+  nodes: 64 bytes, given
+  counts: 64 bytes
+  groups: 16 bytes
+targets
+  image: Rgba16Float 8x4
+  mask: Stencil8 8x4
+passes
+  [clear] clear counts
+    writes counts
+  [count] count
+    workgroups 2 x 1 x 1
+    workgroup size 64 x 1 x 1
+    reads nodes
+    writes counts
+  [resolve] masked
+    draws 3 vertices, 1 instances
+    color image, cleared to [0.0, 0.0, 0.0, 0.0], replaced
+    stencil mask, cleared to 1, Equal 1, pass Keep, fail Keep
+    writes counts
+"
+    );
+}

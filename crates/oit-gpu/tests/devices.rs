@@ -1,0 +1,721 @@
+//! Every check below on every GPU of this machine: one test of each check and device.
+//!
+//! Without a GPU there is one ignored test that says why, or, with `OIT_REQUIRE_GPU=1` in the
+//! environment, one that fails.
+
+use libtest_mimic::{Arguments, Trial};
+use oit_gpu::{
+    Blend, Buffer, ColorAttachment, Compare, Depth, DepthStencil, Device, Dispatch, Draw, Format,
+    GpuError, Load, Pass, Plan, PlanId, Raster, Shader, Stencil, StencilOp, Target,
+    VertexAttribute, VertexFormat, VertexLayout, Vulkan, enumerate, open,
+};
+use std::path::Path;
+use std::sync::Arc;
+use std::{env, fs};
+
+/// A check that runs on a freshly opened device.
+type Check = fn(&mut dyn Device);
+
+const CHECKS: &[(&str, Check)] = &[
+    ("binds_buffers_by_name", binds_buffers_by_name),
+    ("clears_a_buffer", clears_a_buffer),
+    ("dispatches_by_a_buffer", dispatches_by_a_buffer),
+    ("runs_subgroups_or_says_why_not", runs_subgroups_or_says_why_not),
+    ("counts_fragments_with_atomics", counts_fragments_with_atomics),
+    ("draws_indexed_vertices", draws_indexed_vertices),
+    ("row_0_is_the_top_and_y_is_up", row_0_is_the_top_and_y_is_up),
+    ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
+    ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
+    ("clips_at_both_planes", clips_at_both_planes),
+    ("blends", blends),
+    ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
+    ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
+    ("moves_more_than_the_staging_holds", moves_more_than_the_staging_holds),
+    ("times_stages", times_stages),
+    ("refuses_faulty_plans", refuses_faulty_plans),
+    ("refuses_what_is_too_large", refuses_what_is_too_large),
+    ("reset_frees_and_prepare_works_again", reset_frees_and_prepare_works_again),
+    ("is_steady_over_many_runs", is_steady_over_many_runs),
+];
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let listed = enumerate();
+    let usable: Vec<String> =
+        listed.iter().filter(|d| d.info.is_ok()).map(|device| device.id.clone()).collect();
+    let mut trials = Vec::new();
+    for id in &usable {
+        for &(name, check) in CHECKS {
+            let id = id.clone();
+            trials.push(Trial::test(format!("{id}::{name}"), move || {
+                with_device(&id, |device, _| check(device));
+                Ok(())
+            }));
+        }
+        let of = id.clone();
+        trials.push(Trial::test(format!("{id}::survives_a_damaged_cache"), move || {
+            survives_a_damaged_cache(&of);
+            Ok(())
+        }));
+        if let Some(index) = id.strip_prefix("vulkan:").and_then(|index| index.parse().ok()) {
+            let validated = move || {
+                validation_layer_is_quiet(index);
+                Ok(())
+            };
+            trials.push(
+                Trial::test(format!("{id}::validation_layer_is_quiet"), validated)
+                    .with_ignored_flag(!Vulkan::has_validation_layer()),
+            );
+        }
+    }
+    let together = usable.clone();
+    let same = move || {
+        all_devices_agree(&together);
+        Ok(())
+    };
+    trials.push(Trial::test("all_devices_agree", same).with_ignored_flag(usable.len() < 2));
+    if usable.is_empty() {
+        let why = listed.into_iter().map(|device| match device.info {
+            Ok(_) => device.id,
+            Err(reason) => format!("{}: {reason}", device.id),
+        });
+        let why = why.collect::<Vec<_>>().join("; ");
+        eprintln!("no GPU, so nothing is tested on one: {why}");
+        let required = env::var_os("OIT_REQUIRE_GPU").is_some_and(|value| value == "1");
+        trials.push(
+            Trial::test("a_gpu_is_there", move || Err(why.into())).with_ignored_flag(!required),
+        );
+    }
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+fn with_device(id: &str, check: impl FnOnce(&mut dyn Device, &Path)) {
+    let cache = tempfile::tempdir().expect("a directory");
+    let mut device = open(id, cache.path()).expect("opens, since it was listed");
+    assert_eq!(device.info().id, id);
+    check(&mut *device, cache.path());
+}
+
+fn validation_layer_is_quiet(index: usize) {
+    let cache = tempfile::tempdir().expect("a directory");
+    let mut device = Vulkan::open(index, cache.path(), true).expect("opens, since it was listed");
+    assert_eq!(device.validation_errors(), Some(vec![]));
+    for (name, check) in CHECKS {
+        check(&mut device);
+        device.reset();
+        assert_eq!(device.validation_errors(), Some(vec![]), "{name}");
+    }
+}
+
+const FULL_SCREEN: &str = "
+@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+    return vec4<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0, 0.5, 1.0);
+}
+";
+
+const COUNTING: &str = "
+@group(0) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;
+@fragment @early_depth_test(force) fn fs() -> @location(0) vec4<f32> {
+    atomicAdd(&counts[0], 1u);
+    return vec4<f32>(1.0);
+}
+";
+
+fn words(values: &[u32]) -> Arc<[u8]> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+fn floats(values: &[f32]) -> Arc<[u8]> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+fn to_words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+fn to_floats(bytes: &[u8]) -> Vec<f32> {
+    to_words(bytes).into_iter().map(f32::from_bits).collect()
+}
+
+fn compute(label: &str, wgsl: &str, workgroups: [u32; 3]) -> Pass {
+    Pass::compute("count", Shader::new(label, wgsl), Dispatch::Workgroups(workgroups))
+}
+
+fn target(name: &str, format: Format, width: u32, height: u32) -> Target {
+    Target { name: name.to_owned(), format, width, height }
+}
+
+fn color(target: &str, blend: Option<Blend>, load: Load<[f32; 4]>) -> ColorAttachment {
+    ColorAttachment { target: target.to_owned(), load, blend, write: true }
+}
+
+/// A triangle that covers everything, in this shader.
+fn full_screen(fragment: &str, color: Vec<ColorAttachment>) -> Raster {
+    Raster {
+        shader: Shader::new("full screen", format!("{FULL_SCREEN}{fragment}")),
+        draw: Draw::Vertices { count: 3, instances: 1 },
+        color,
+        depth_stencil: None,
+    }
+}
+
+fn plan(buffers: Vec<Buffer>, targets: Vec<Target>, passes: Vec<Pass>) -> Plan {
+    Plan { name: "test".to_owned(), buffers, targets, passes }
+}
+
+/// Prepares and runs.
+fn ran(device: &mut dyn Device, plan: &Plan) -> PlanId {
+    let id = device.prepare(plan).expect("prepared");
+    device.run(id).expect("ran");
+    id
+}
+
+/// Prepares, runs and reads `u32`s.
+fn words_of(device: &mut dyn Device, plan: &Plan, resource: &str) -> Vec<u32> {
+    let id = ran(device, plan);
+    to_words(&device.read(id, resource).expect("read"))
+}
+
+fn naming_plan() -> Plan {
+    // Bind groups with a gap, and bindings in another order than the plan's buffers.
+    let wgsl = "
+        struct Scale { factor: u32, offset: u32 }
+        @group(2) @binding(3) var<uniform> scale: Scale;
+        @group(0) @binding(1) var<storage, read> input: array<u32>;
+        @group(0) @binding(0) var<storage, read_write> output: array<u32>;
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            if id.x < arrayLength(&input) {
+                output[id.x] = input[id.x] * scale.factor + scale.offset;
+            }
+        }";
+    let input: Vec<u32> = (0..100).collect();
+    let buffers = vec![
+        Buffer::data("scale", words(&[3, 7])),
+        Buffer::new("output", 400),
+        Buffer::data("input", words(&input)),
+    ];
+    plan(buffers, vec![], vec![compute("scale", wgsl, [2, 1, 1])])
+}
+
+fn binds_buffers_by_name(device: &mut dyn Device) {
+    let expected: Vec<u32> = (0..100).map(|i| i * 3 + 7).collect();
+    assert_eq!(words_of(device, &naming_plan(), "output"), expected);
+    // A second plan with another input takes the same pipeline, not the same data.
+    let mut other = naming_plan();
+    other.buffers[2] = Buffer::data("input", words(&[5; 100]));
+    assert_eq!(words_of(device, &other, "output"), [22; 100]);
+}
+
+fn clears_a_buffer(device: &mut dyn Device) {
+    let plan = plan(vec![Buffer::new("b", 1003)], vec![], vec![Pass::clear("clear", "b")]);
+    let id = device.prepare(&plan).expect("prepared");
+    device.poison(id).expect("poisoned");
+    device.run(id).expect("ran");
+    assert_eq!(device.read(id, "b").expect("read"), [0; 1003]);
+}
+
+fn dispatches_by_a_buffer(device: &mut dyn Device) {
+    let counts = "
+        @group(0) @binding(0) var<storage, read_write> groups: array<u32>;
+        @compute @workgroup_size(1) fn main() {
+            groups[2] = 5u;
+            groups[3] = 3u;
+            groups[4] = 2u;
+        }";
+    let tally = "
+        @group(0) @binding(0) var<storage, read_write> tally: atomic<u32>;
+        @compute @workgroup_size(4) fn main() { atomicAdd(&tally, 1u); }";
+    let indirect = Dispatch::Indirect { buffer: "groups".to_owned(), offset_bytes: 8 };
+    let passes = vec![
+        Pass::clear("clear", "tally"),
+        compute("counts", counts, [1, 1, 1]),
+        Pass::compute("count", Shader::new("tally", tally), indirect),
+    ];
+    let buffers = vec![Buffer::new("groups", 20), Buffer::new("tally", 4)];
+    assert_eq!(words_of(device, &plan(buffers, vec![], passes), "tally"), [5 * 3 * 2 * 4]);
+}
+
+fn runs_subgroups_or_says_why_not(device: &mut dyn Device) {
+    let wgsl = "
+        @group(0) @binding(0) var<storage, read_write> sums: array<u32>;
+        @compute @workgroup_size(64) fn main(
+            @builtin(local_invocation_index) i: u32,
+            @builtin(subgroup_size) size: u32,
+        ) {
+            let next = subgroupShuffleXor(i, 1u);
+            sums[i] = subgroupAdd(1u) * 1000u + next;
+        }";
+    let plan = plan(vec![Buffer::new("sums", 256)], vec![], vec![compute("sums", wgsl, [1, 1, 1])]);
+    let lacks =
+        device.info().unsupported.iter().any(|missing| missing.feature == "subgroups in compute");
+    if lacks {
+        let refused = device.prepare(&plan);
+        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+        return;
+    }
+    let (least, most) = device.info().subgroup_size.expect("told, since subgroups are there");
+    for (i, sum) in (0..).zip(words_of(device, &plan, "sums")) {
+        assert_eq!(sum % 1000, i ^ 1);
+        assert!((least..=most).contains(&(sum / 1000)), "{sum}");
+    }
+}
+
+fn counts_fragments_with_atomics(device: &mut dyn Device) {
+    // The target is a pretext: it is not written.
+    let mut nothing = color("pretext", None, Load::Clear([0.0; 4]));
+    nothing.write = false;
+    let passes = vec![
+        Pass::clear("clear", "counts"),
+        Pass::raster("count", full_screen(COUNTING, vec![nothing])),
+    ];
+    let targets = vec![target("pretext", Format::R8Unorm, 37, 21)];
+    let plan = plan(vec![Buffer::new("counts", 4)], targets, passes);
+    let id = ran(device, &plan);
+    assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 37 * 21);
+    assert_eq!(device.read(id, "pretext").expect("read"), [0; 37 * 21]);
+}
+
+fn draws_indexed_vertices(device: &mut dyn Device) {
+    // The left half and the right half of the screen as quads of one vertex buffer.
+    let wgsl = "
+        struct Out {
+            @builtin(position) at: vec4<f32>,
+            @location(0) color: vec4<f32>,
+            @location(1) @interpolate(flat) id: u32,
+        }
+        @vertex fn vs(
+            @location(0) at: vec3<f32>,
+            @location(1) color: vec4<f32>,
+            @location(2) id: u32,
+        ) -> Out {
+            return Out(vec4<f32>(at, 1.0), color, id);
+        }
+        @fragment fn fs(in: Out) -> @location(0) vec4<f32> {
+            return vec4<f32>(in.color.rgb, f32(in.id));
+        }";
+    let mut vertices = Vec::new();
+    for (left, rgba, id) in [(-1.0_f32, [255, 0, 51, 255], 7_u32), (0.0, [0, 255, 0, 255], 9)] {
+        for (x, y) in [(left, -1.0_f32), (left + 1.0, -1.0), (left, 1.0), (left + 1.0, 1.0)] {
+            vertices.extend_from_slice(&floats(&[x, y, 0.5]));
+            vertices.extend_from_slice(&rgba);
+            vertices.extend_from_slice(&id.to_le_bytes());
+        }
+    }
+    let attribute =
+        |location, format, offset_bytes| VertexAttribute { location, format, offset_bytes };
+    let attributes = vec![
+        attribute(0, VertexFormat::Float32x3, 0),
+        attribute(1, VertexFormat::Unorm8x4, 12),
+        attribute(2, VertexFormat::Uint32, 16),
+    ];
+    let raster = Raster {
+        shader: Shader::new("indexed", wgsl),
+        draw: Draw::Indexed {
+            vertices: "vertices".to_owned(),
+            layout: VertexLayout { stride_bytes: 20, attributes },
+            indices: "indices".to_owned(),
+            count: 12,
+        },
+        color: vec![color("image", None, Load::Clear([0.0; 4]))],
+        depth_stencil: None,
+    };
+    let buffers = vec![
+        Buffer::data("vertices", vertices.into()),
+        Buffer::data("indices", words(&[0, 1, 2, 2, 1, 3, 4, 5, 6, 6, 5, 7])),
+    ];
+    let targets = vec![target("image", Format::Rgba32Float, 4, 2)];
+    let id = ran(device, &plan(buffers, targets, vec![Pass::raster("draw", raster)]));
+    let pixels = to_floats(&device.read(id, "image").expect("read"));
+    let (left, right) = ([1.0, 0.0, 0.2, 7.0], [0.0, 1.0, 0.0, 9.0]);
+    let expected = [left, left, right, right, left, left, right, right].concat();
+    for (seen, expected) in pixels.iter().zip(&expected) {
+        assert!((seen - expected).abs() < 1e-5, "{pixels:?}");
+    }
+}
+
+fn row_0_is_the_top_and_y_is_up(device: &mut dyn Device) {
+    // A triangle whose y is above 0.5: it covers the upper quarter.
+    let wgsl = "
+        @group(0) @binding(0) var<storage, read_write> rows: array<u32>;
+        @vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+            return vec4<f32>(f32(i & 1u) * 8.0 - 1.0, 0.5 + f32(i & 2u) * 4.0, 0.5, 1.0);
+        }
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            rows[u32(at.y)] = u32(at.y) + 100u;
+            return vec4<f32>(1.0);
+        }";
+    let raster = Raster {
+        shader: Shader::new("upper quarter", wgsl),
+        ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
+    };
+    let passes = vec![Pass::clear("clear", "rows"), Pass::raster("draw", raster)];
+    let targets = vec![target("image", Format::R8Unorm, 4, 8)];
+    let id = ran(device, &plan(vec![Buffer::new("rows", 32)], targets, passes));
+    let image = device.read(id, "image").expect("read");
+    assert_eq!(image, [[255; 8].as_slice(), &[0; 24]].concat());
+    let rows = to_words(&device.read(id, "rows").expect("read"));
+    assert_eq!(rows, [100, 101, 0, 0, 0, 0, 0, 0]);
+}
+
+/// Marks the left half of a stencil target with 3, then counts where it is 3 and where it is not.
+fn stencil_plan() -> Plan {
+    let mark = "
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            if at.x >= 24.0 { discard; }
+            return vec4<f32>(1.0);
+        }";
+    let image = || vec![color("image", Some(Blend::Add), Load::Keep)];
+    let masked = |clear, compare, pass, fail, mut raster: Raster| {
+        let stencil = Some(Stencil { clear, compare, reference: 3, pass, fail });
+        raster.depth_stencil =
+            Some(DepthStencil { target: "mask".to_owned(), depth: None, stencil });
+        raster
+    };
+    let (keep, replace) = (StencilOp::Keep, StencilOp::Replace);
+    let cleared = vec![color("image", None, Load::Clear([0.0; 4]))];
+    let count = || full_screen(COUNTING, image());
+    let passes = vec![
+        Pass::clear("clear", "counts"),
+        Pass::raster(
+            "mask",
+            masked(Some(0), Compare::Always, replace, keep, full_screen(mark, cleared)),
+        ),
+        Pass::raster("resolve", masked(None, Compare::Equal, keep, keep, count())),
+        // 3 becomes 0 where it passes, 0 becomes 1 where it fails.
+        Pass::raster(
+            "resolve",
+            masked(None, Compare::Equal, StencilOp::Zero, StencilOp::IncrementClamp, count()),
+        ),
+        // 3 <= 1 nowhere: the count stays.
+        Pass::raster("resolve", masked(None, Compare::LessEqual, keep, keep, count())),
+        // 3 > 1 and 3 > 0 everywhere.
+        Pass::raster("resolve", masked(None, Compare::Greater, keep, keep, count())),
+    ];
+    let targets = vec![
+        target("mask", Format::Stencil8, 40, 30),
+        target("image", Format::Rgba16Float, 40, 30),
+    ];
+    plan(vec![Buffer::new("counts", 4)], targets, passes)
+}
+
+fn stencil_rejects_before_the_shader_writes(device: &mut dyn Device) {
+    let id = ran(device, &stencil_plan());
+    let counts = to_words(&device.read(id, "counts").expect("read"));
+    assert_eq!(counts[0], 2 * 24 * 30 + 40 * 30);
+    let mask = device.read(id, "mask").expect("read");
+    let row = [[0; 24].as_slice(), &[1; 16]].concat();
+    assert_eq!(mask, row.repeat(30));
+}
+
+fn depth_rejects_before_the_shader_writes(device: &mut dyn Device) {
+    // A plane that leans: its depth is x, drawn over 0.5 with each comparison.
+    let wgsl = format!(
+        "@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {{
+            let x = f32(i & 1u) * 4.0 - 1.0;
+            return vec4<f32>(x, f32(i & 2u) * 2.0 - 1.0, (x + 1.0) * 0.25, 1.0);
+        }}{COUNTING}"
+    );
+    let draw = |load, compare, write| {
+        let depth = Some(Depth { load, compare, write });
+        let raster = Raster {
+            shader: Shader::new("leaning", wgsl.as_str()),
+            draw: Draw::Vertices { count: 3, instances: 1 },
+            color: vec![color("image", None, Load::Clear([0.0; 4]))],
+            depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+        };
+        vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)]
+    };
+    let targets =
+        vec![target("depth", Format::Depth32Float, 16, 4), target("image", Format::R8Unorm, 16, 4)];
+    let counted = |device: &mut dyn Device, passes| {
+        let plan = plan(vec![Buffer::new("counts", 4)], targets.clone(), passes);
+        let id = ran(device, &plan);
+        let counts = to_words(&device.read(id, "counts").expect("read"));
+        (counts[0], to_floats(&device.read(id, "depth").expect("read")))
+    };
+    // Depth at the middle of column i is (i + 0.5) / 32, from 0.016 to 0.484.
+    let (count, depth) = counted(device, draw(Load::Clear(0.25), Compare::Less, false));
+    assert_eq!((count, depth), (8 * 4, vec![0.25; 64]));
+    let (count, depth) = counted(device, draw(Load::Clear(0.25), Compare::Greater, true));
+    assert_eq!(count, 8 * 4);
+    for (i, depth) in depth.into_iter().enumerate() {
+        let expected = (((i % 16) as f32 + 0.5) / 32.0).max(0.25);
+        assert!((depth - expected).abs() < 1e-6, "{i}: {depth}");
+    }
+    let (count, _) = counted(device, draw(Load::Keep, Compare::GreaterEqual, false));
+    assert_eq!(count, 8 * 4);
+}
+
+fn clips_at_both_planes(device: &mut dyn Device) {
+    // Depth runs from -1 to 3 over the screen's width and twice that: a quarter lies in 0 to 1.
+    let wgsl = format!(
+        "@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {{
+            let x = f32(i & 1u) * 4.0 - 1.0;
+            return vec4<f32>(x, f32(i & 2u) * 2.0 - 1.0, x * 2.0 + 1.0, 1.0);
+        }}{}",
+        COUNTING.replace("@early_depth_test(force)", "")
+    );
+    let raster = Raster {
+        shader: Shader::new("steep", wgsl),
+        ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
+    };
+    let passes = vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)];
+    let targets = vec![target("image", Format::R8Unorm, 32, 4)];
+    let plan = plan(vec![Buffer::new("counts", 4)], targets, passes);
+    assert_eq!(words_of(device, &plan, "counts")[0], 8 * 4);
+}
+
+fn blends(device: &mut dyn Device) {
+    let fill = |rgba: [f32; 4], blend, load| {
+        let fragment = format!(
+            "@fragment fn fs() -> @location(0) vec4<f32> {{ return vec4<f32>({}); }}",
+            rgba.map(|value| format!("{value:?}")).join(", ")
+        );
+        Pass::raster("draw", full_screen(&fragment, vec![color("image", blend, load)]))
+    };
+    let clear = Load::Clear([0.25, 0.5, 0.0, 0.5]);
+    for (blend, expected) in [
+        (None, [0.5, 0.25, 0.125, 0.75]),
+        (Some(Blend::Add), [0.75, 0.75, 0.125, 1.25]),
+        (Some(Blend::Max), [0.5, 0.5, 0.125, 0.75]),
+        (Some(Blend::Over), [0.5625, 0.375, 0.125, 0.875]),
+    ] {
+        let passes = vec![fill([0.5, 0.25, 0.125, 0.75], blend, clear)];
+        let targets = vec![target("image", Format::Rgba32Float, 2, 2)];
+        let id = ran(device, &plan(vec![], targets, passes.clone()));
+        let image = to_floats(&device.read(id, "image").expect("read"));
+        assert_eq!(image, expected.repeat(4), "{blend:?}");
+        // In half floats the same numbers are exact too.
+        let targets = vec![target("image", Format::Rgba16Float, 2, 2)];
+        let id = ran(device, &plan(vec![], targets, passes));
+        let half = |value: f32| {
+            let bits = value.to_bits();
+            let exponent = (bits >> 23) as i32 - 127 + 15;
+            if value == 0.0 { 0 } else { (exponent as u16) << 10 | (bits >> 13 & 0x3FF) as u16 }
+        };
+        let expected: Vec<u8> = expected.iter().flat_map(|&v| half(v).to_le_bytes()).collect();
+        assert_eq!(device.read(id, "image").expect("read"), expected.repeat(4), "{blend:?}");
+    }
+}
+
+fn poisons_what_has_no_given_contents(device: &mut dyn Device) {
+    let plan = naming_plan();
+    let id = ran(device, &plan);
+    device.poison(id).expect("poisoned");
+    assert_eq!(device.read(id, "output").expect("read"), [0xCD; 400]);
+    assert_eq!(device.read(id, "scale").expect("read"), words(&[3, 7]).to_vec());
+    device.run(id).expect("ran");
+    assert_eq!(to_words(&device.read(id, "output").expect("read"))[99], 99 * 3 + 7);
+}
+
+fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
+    let of = |bytes, passes| plan(vec![Buffer::new("common", bytes)], vec![], passes);
+    let write = "
+        @group(0) @binding(0) var<storage, read_write> common: array<u32>;
+        @compute @workgroup_size(1) fn main() { common[0] = 4711u; }";
+    let write = of(64, vec![compute("write", write, [1, 1, 1])]);
+    let same = device.prepare(&of(64, vec![])).expect("prepared");
+    let other = device.prepare(&of(128, vec![])).expect("prepared");
+    for id in [same, other] {
+        device.poison(id).expect("poisoned");
+    }
+    ran(device, &write);
+    let first =
+        |device: &mut dyn Device, id| to_words(&device.read(id, "common").expect("read"))[0];
+    assert_eq!(first(device, same), 4711);
+    assert_eq!(first(device, other), 0xCDCD_CDCD);
+}
+
+fn moves_more_than_the_staging_holds(device: &mut dyn Device) {
+    // 64 MiB go at once; the last bytes are no multiple of 4.
+    let bytes = (64 << 20) + 4099;
+    let data: Arc<[u8]> =
+        (0..bytes).map(|i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let plan = plan(
+        vec![Buffer::data("large", data.clone()), Buffer::new("undefined", u64::from(bytes))],
+        vec![],
+        vec![],
+    );
+    let id = ran(device, &plan);
+    let read = device.read(id, "large").expect("read");
+    assert!(read.as_slice() == &data[..], "the bytes differ");
+    device.poison(id).expect("poisoned");
+    let read = device.read(id, "undefined").expect("read");
+    assert!(read.len() == bytes as usize && read.iter().all(|&byte| byte == 0xCD));
+}
+
+fn times_stages(device: &mut dyn Device) {
+    let heavy = "
+        @group(0) @binding(0) var<storage, read_write> sums: array<u32>;
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            var hash = id.x;
+            for (var i = 0u; i < 2000u; i++) { hash = hash * 1664525u + 1013904223u; }
+            sums[id.x] = hash;
+        }";
+    let stage = |stage, label| {
+        let dispatch = Dispatch::Workgroups([256, 1, 1]);
+        Pass { stage, ..Pass::compute("", Shader::new(label, heavy), dispatch) }
+    };
+    let passes = vec![
+        Pass::clear("clear", "sums"),
+        stage("count", "first"),
+        stage("resolve", "second"),
+        stage("count", "third"),
+        stage("count", "fourth"),
+    ];
+    let plan = plan(vec![Buffer::new("sums", 65536)], vec![], passes);
+    let id = ran(device, &plan);
+    let timing = device.run(id).expect("ran");
+    let Some(period_ns) = device.info().timestamp_period_ns else {
+        assert!(timing.stages.is_empty() && timing.total_ns == 0, "{timing:?}");
+        return;
+    };
+    let names: Vec<_> = timing.stages.iter().map(|&(name, _)| name).collect();
+    assert_eq!(names, ["clear", "count", "resolve"]);
+    for &(name, time_ns) in &timing.stages[1..] {
+        assert!(time_ns > 0, "{name}: {timing:?}");
+    }
+    // Each of the four intervals is rounded to whole nanoseconds.
+    let sum: u64 = timing.stages.iter().map(|&(_, time_ns)| time_ns).sum();
+    let slack = 4 * (period_ns.ceil() as u64);
+    assert!(sum.abs_diff(timing.total_ns) <= slack, "{timing:?}");
+    let empty = self::plan(vec![], vec![], vec![]);
+    let id = ran(device, &empty);
+    assert_eq!(device.run(id).expect("ran").total_ns, 0);
+}
+
+fn refuses_faulty_plans(device: &mut dyn Device) {
+    let what = |result: Result<PlanId, GpuError>| match result {
+        Err(GpuError::Plan { what, .. }) => what,
+        other => panic!("a faulty plan was expected: {other:?}"),
+    };
+    let mut unknown = naming_plan();
+    unknown.buffers[2].name = "inputs".to_owned();
+    let unknown = what(device.prepare(&unknown));
+    assert!(unknown.contains("`input`") && unknown.contains("\"inputs\""), "{unknown}");
+    let bad = plan(vec![], vec![], vec![compute("bad.wgsl", "fn main() -> u32 {}", [1, 1, 1])]);
+    let bad = what(device.prepare(&bad));
+    assert!(bad.contains("bad.wgsl:1:"), "{bad}");
+    let id = ran(device, &naming_plan());
+    let missing = device.read(id, "outputs");
+    assert!(matches!(missing, Err(GpuError::Plan { .. })), "{missing:?}");
+}
+
+fn refuses_what_is_too_large(device: &mut dyn Device) {
+    let info = device.info().clone();
+    let reason = |device: &mut dyn Device, plan: &Plan| match device.prepare(plan) {
+        Err(GpuError::Unsupported(reason)) => reason,
+        other => panic!("it should not be supported: {other:?}"),
+    };
+    let fill = "
+        @group(0) @binding(0) var<storage, read_write> large: array<u32>;
+        @compute @workgroup_size(1) fn main() { large[0] = 1u; }";
+    let too_large = info.max_storage_buffer_bytes + 4;
+    let fill = vec![compute("fill", fill, [1, 1, 1])];
+    let text = reason(device, &plan(vec![Buffer::new("large", too_large)], vec![], fill));
+    for number in [too_large.next_multiple_of(4), info.max_storage_buffer_bytes] {
+        assert!(text.contains(&number.to_string()), "{text}");
+    }
+    let size = info.max_workgroup_invocations + 1;
+    let wide = format!("@compute @workgroup_size({size}) fn main() {{}}");
+    let text = reason(device, &plan(vec![], vec![], vec![compute("wide", &wide, [1, 1, 1])]));
+    assert!(text.contains(&size.to_string()), "{text}");
+    let words = info.max_workgroup_bytes / 4 + 1;
+    let deep = format!(
+        "var<workgroup> deep: array<u32, {words}>;
+        @compute @workgroup_size(1) fn main() {{ deep[0] = 1u; }}"
+    );
+    let text = reason(device, &plan(vec![], vec![], vec![compute("deep", &deep, [1, 1, 1])]));
+    assert!(text.contains(&(words * 4).to_string()), "{text}");
+    let huge = vec![target("huge", Format::R8Unorm, 1 << 20, 1)];
+    let text = reason(device, &plan(vec![], huge, vec![]));
+    assert!(text.contains("1048576"), "{text}");
+}
+
+fn reset_frees_and_prepare_works_again(device: &mut dyn Device) {
+    let before = ran(device, &naming_plan());
+    device.reset();
+    let stale = device.run(before);
+    assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+    binds_buffers_by_name(device);
+    // As much again and again as there is no room for if nothing were freed.
+    let (bytes, rounds) = match device.info().memory_bytes {
+        Some(memory) if device.info().kind != "cpu" => {
+            let bytes = (memory / 20).min(2 << 30);
+            (bytes, memory / bytes + 2)
+        }
+        _ => (96 << 20, 40),
+    };
+    let before = resident_bytes();
+    for round in 0..rounds {
+        let plan = plan(vec![Buffer::new("large", bytes + round * 4)], vec![], vec![]);
+        let id = device.prepare(&plan).expect("prepared");
+        device.poison(id).expect("poisoned");
+        device.reset();
+    }
+    // A software device takes the process's own memory, in which the other tests run too.
+    if let (Some(before), Some(after)) = (before, resident_bytes()) {
+        assert!(after < before + rounds * bytes / 2, "{before} bytes grew to {after}");
+    }
+}
+
+/// The memory that the process holds, where the system tells.
+fn resident_bytes() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(line.trim().strip_suffix(" kB")?.parse::<u64>().ok()? * 1024)
+}
+
+fn is_steady_over_many_runs(device: &mut dyn Device) {
+    let id = device.prepare(&stencil_plan()).expect("prepared");
+    let mut first = None;
+    for _ in 0..20 {
+        device.poison(id).expect("poisoned");
+        device.run(id).expect("ran");
+        let seen = (device.read(id, "counts"), device.read(id, "mask"));
+        let seen = (seen.0.expect("read"), seen.1.expect("read"));
+        assert_eq!(*first.get_or_insert_with(|| seen.clone()), seen);
+    }
+}
+
+fn survives_a_damaged_cache(id: &str) {
+    let cache = tempfile::tempdir().expect("a directory");
+    let directory = cache.path().join("pipelines");
+    let runs = || {
+        let mut device = open(id, &directory).expect("opens, since it was listed");
+        binds_buffers_by_name(&mut *device);
+    };
+    runs();
+    let Ok(files) = fs::read_dir(&directory) else {
+        assert!(id.starts_with("wgpu:"), "only wgpu may be without a cache");
+        return;
+    };
+    let files: Vec<_> = files.map(|file| file.expect("listed").path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    let whole = fs::read(&files[0]).expect("read");
+    for damaged in [whole[..whole.len() / 2].to_vec(), vec![0xFF; whole.len()], vec![]] {
+        fs::write(&files[0], &damaged).expect("written");
+        runs();
+        assert_ne!(fs::read(&files[0]).expect("read"), damaged, "it was not replaced");
+    }
+    runs();
+}
+
+fn all_devices_agree(ids: &[String]) {
+    let mut results = Vec::new();
+    for id in ids {
+        with_device(id, |device, _| {
+            let mut bytes = Vec::new();
+            for (plan, resources) in
+                [(naming_plan(), vec!["output"]), (stencil_plan(), vec!["counts", "mask", "image"])]
+            {
+                let id = ran(device, &plan);
+                bytes.extend(resources.iter().map(|name| device.read(id, name).expect("read")));
+            }
+            results.push(bytes);
+        });
+    }
+    for (id, bytes) in ids.iter().zip(&results) {
+        assert!(*bytes == results[0], "{id} and {} differ", ids[0]);
+    }
+}

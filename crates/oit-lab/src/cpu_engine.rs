@@ -1,0 +1,185 @@
+//! Cells on the CPU: the twins of every capture, schedule and sort.
+
+use std::time::Instant;
+
+use oit_capture::{Capture, rasterize, rasterize_counts};
+use oit_fragments::{DepthHistogram, Lfb};
+use oit_gpu::Timing;
+use oit_image::Image;
+use oit_record::{DeviceInfo, Unsupported};
+use oit_sort::Scratch;
+use rayon::prelude::*;
+
+use crate::assemble::{intervals, sort_spec};
+use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData};
+use crate::technique::{Schedule, Stage, Technique};
+
+/// The twins, and the view open on them.
+pub(crate) struct CpuEngine {
+    info: DeviceInfo,
+    view: Option<(ViewData, DepthHistogram)>,
+    ready: Vec<Technique>,
+    last: Option<LastRun>,
+}
+
+/// What the last run left. Only the last: a deep frame's fragments fill a good part of memory.
+struct LastRun {
+    ready: Ready,
+    picture: Vec<[f32; 4]>,
+    captured: Lfb,
+}
+
+impl CpuEngine {
+    pub(crate) fn new() -> Self {
+        Self { info: cpu_info(), view: None, ready: Vec::new(), last: None }
+    }
+
+    fn view(&self) -> Result<&(ViewData, DepthHistogram), CellError> {
+        self.view.as_ref().ok_or_else(|| CellError::Failed("no view is open".into()))
+    }
+
+    fn last(&self, ready: Ready) -> Result<&LastRun, CellError> {
+        let last = self.last.as_ref().filter(|last| last.ready == ready);
+        last.ok_or_else(|| CellError::Failed("another technique has run since".into()))
+    }
+}
+
+/// What the CPU backend says of itself.
+#[must_use]
+pub fn cpu_info() -> DeviceInfo {
+    let reason = "the CPU backend runs the twins of compute programs";
+    DeviceInfo {
+        id: "cpu".into(),
+        backend: "cpu".into(),
+        name: crate::provenance::host().cpu,
+        driver: format!("rayon, {} threads", rayon::current_num_threads()),
+        api: "CPU".into(),
+        kind: "cpu".into(),
+        subgroup_size: Some((1, 1)),
+        max_storage_buffer_bytes: isize::MAX as u64,
+        max_workgroup_bytes: 0,
+        max_workgroup_invocations: 1,
+        timestamp_period_ns: Some(1.0),
+        memory_bytes: None,
+        unsupported: vec![Unsupported { feature: "fragment stage".into(), reason: reason.into() }],
+    }
+}
+
+fn ns(started: Instant) -> u64 {
+    u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn capture_twin(view: &ViewData, capture: &dyn Capture) -> Lfb {
+    let FrameSize { width_px, height_px } = view.size;
+    let mut lfb = rasterize(&view.mesh, &view.shading, &view.camera, width_px, height_px);
+    capture.order(&mut lfb);
+    lfb
+}
+
+/// Resolves every list with its interval's program. Pixels in no list stay as they are.
+fn resolve(
+    technique: &Technique,
+    peak: u32,
+    lfb: &Lfb,
+    lists: &[Vec<u32>],
+    picture: &mut [[f32; 4]],
+) -> Result<(), CellError> {
+    for (interval, list) in intervals(technique, peak)?.iter().zip(lists) {
+        let (strategy, spec) = sort_spec(technique, interval)?;
+        let colours: Vec<[f32; 4]> = list
+            .par_iter()
+            .with_min_len(256)
+            .map_init(Scratch::default, |scratch, &pixel| {
+                oit_sort::resolve(strategy, &spec, lfb.pixel(pixel as usize), scratch)
+            })
+            .collect();
+        for (&pixel, colour) in list.iter().zip(colours) {
+            picture[pixel as usize] = colour;
+        }
+    }
+    Ok(())
+}
+
+impl Engine for CpuEngine {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
+        self.ready.clear();
+        self.last = None;
+        let FrameSize { width_px, height_px } = data.size;
+        let counts = rasterize_counts(&data.mesh, &data.camera, width_px, height_px);
+        let histogram = DepthHistogram::from_counts(counts);
+        self.view = Some((data, histogram.clone()));
+        Ok(histogram)
+    }
+
+    fn reference(&mut self) -> Result<(Lfb, Vec<u32>), CellError> {
+        let view = &self.view()?.0;
+        let FrameSize { width_px, height_px } = view.size;
+        let counts = rasterize_counts(&view.mesh, &view.camera, width_px, height_px);
+        let lfb = rasterize(&view.mesh, &view.shading, &view.camera, width_px, height_px);
+        Ok((lfb, counts))
+    }
+
+    fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
+        if technique.stage == Stage::Fragment {
+            let reason = &self.info.unsupported[0].reason;
+            return Err(CellError::Unsupported(reason.clone()));
+        }
+        let (_, histogram) = self.view()?;
+        let intervals = intervals(technique, histogram.peak())?;
+        for interval in intervals.iter() {
+            sort_spec(technique, interval)?;
+        }
+        let preparation = Preparation {
+            max_frags: intervals.deepest(),
+            pool_initial: histogram.total(),
+            pool_final: histogram.total(),
+            pool_grown: 0,
+            memory_bytes: 0,
+            prepare_ms: 0.0,
+        };
+        self.ready.push(technique.clone());
+        let ready = Ready(self.ready.len() - 1);
+        self.run(ready)?;
+        Ok((ready, preparation))
+    }
+
+    fn run(&mut self, ready: Ready) -> Result<Timing, CellError> {
+        let (view, histogram) = self.view()?;
+        let technique = self.ready.get(ready.0);
+        let technique =
+            technique.ok_or_else(|| CellError::Failed("no such prepared technique".into()))?;
+        let peak = histogram.peak();
+        let mut picture = vec![[0.0; 4]; view.size.pixels() as usize];
+        let started = Instant::now();
+        let captured = capture_twin(view, technique.capture);
+        let mut stages = vec![("capture", ns(started))];
+        let lists = if technique.schedule == Schedule::Bma {
+            let grouping = Instant::now();
+            let lists = intervals(technique, peak)?.group(captured.counts());
+            stages.push(("group", ns(grouping)));
+            lists
+        } else {
+            vec![(0..captured.pixels() as u32).collect()]
+        };
+        let resolving = Instant::now();
+        resolve(technique, peak, &captured, &lists, &mut picture)?;
+        stages.push(("resolve", ns(resolving)));
+        let total_ns = ns(started);
+        self.last = Some(LastRun { ready, picture, captured });
+        Ok(Timing { stages, total_ns })
+    }
+
+    fn picture(&mut self, ready: Ready) -> Result<Image, CellError> {
+        let size = self.view()?.0.size;
+        let pixels = self.last(ready)?.picture.clone();
+        Ok(Image { width: size.width_px, height: size.height_px, pixels })
+    }
+
+    fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError> {
+        Ok(self.last(ready)?.captured.clone())
+    }
+}

@@ -1,0 +1,166 @@
+//! What runs cells: a GPU through its plans, or the CPU through the twins.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use oit_capture::{Geometry, MeshBytes};
+use oit_fragments::{DepthHistogram, Lfb};
+use oit_gpu::{GpuError, Timing};
+use oit_image::Image;
+use oit_record::DeviceInfo;
+use oit_scene::{Camera, Mesh, Scene, Shading};
+
+use crate::cpu_engine::CpuEngine;
+use crate::gpu_engine::GpuEngine;
+use crate::technique::Technique;
+
+/// Why a cell has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum CellError {
+    /// The device or the technique cannot do it: the cell is skipped with this reason.
+    #[error("{0}")]
+    Unsupported(String),
+    /// It was tried and broke.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl From<GpuError> for CellError {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Unsupported(reason) => Self::Unsupported(reason),
+            other => Self::Failed(other.to_string()),
+        }
+    }
+}
+
+impl From<oit_capture::CaptureError> for CellError {
+    fn from(error: oit_capture::CaptureError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+/// The size of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct FrameSize {
+    /// Pixels a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+impl FrameSize {
+    /// Pixels in all.
+    #[must_use]
+    pub fn pixels(self) -> u64 {
+        u64::from(self.width_px) * u64::from(self.height_px)
+    }
+}
+
+/// One view of a scene at one resolution: what cells of a group share.
+#[derive(Clone, Debug)]
+pub struct ViewData {
+    /// The mesh.
+    pub mesh: Arc<Mesh>,
+    /// Its light and stripes.
+    pub shading: Shading,
+    /// The camera.
+    pub camera: Camera,
+    /// The same as bytes for a device.
+    pub geometry: Geometry,
+    /// The frame's size.
+    pub size: FrameSize,
+}
+
+impl ViewData {
+    /// A view of a scene.
+    ///
+    /// # Errors
+    /// Where the scene has no such view.
+    pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, oit_scene::SceneError> {
+        let camera = scene.view(view)?.camera;
+        let bytes = MeshBytes::new(&scene.mesh);
+        let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
+        Ok(Self {
+            mesh: scene.mesh.clone(),
+            shading: scene.shading,
+            camera,
+            geometry,
+            size,
+        })
+    }
+}
+
+/// A technique made ready on the open view.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Ready(pub usize);
+
+/// What making it ready came to.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Preparation {
+    /// The array size of its deepest program.
+    pub max_frags: u32,
+    /// Room in the pool at first, in fragments.
+    pub pool_initial: u64,
+    /// Room in the pool in the end.
+    pub pool_final: u64,
+    /// How often the pool was too small, grew to what was counted, and the frame was run again.
+    pub pool_grown: u32,
+    /// Device memory of its buffers and targets, in bytes; 0 on the CPU.
+    pub memory_bytes: u64,
+    /// Milliseconds until its pipelines were ready.
+    pub prepare_ms: f64,
+}
+
+/// Runs techniques on one view at a time.
+pub trait Engine {
+    /// The device.
+    fn info(&self) -> &DeviceInfo;
+
+    /// Opens a view, forgetting the one before it, and counts its fragments.
+    ///
+    /// # Errors
+    /// Where the device cannot do it.
+    fn open_view(&mut self, view: ViewData) -> Result<DepthHistogram, CellError>;
+
+    /// The reference capture of the open view, and per-pixel counts made without it.
+    ///
+    /// # Errors
+    /// Where the device cannot do it.
+    fn reference(&mut self) -> Result<(Lfb, Vec<u32>), CellError>;
+
+    /// Makes a technique ready on the open view and runs it once, over poisoned buffers.
+    ///
+    /// # Errors
+    /// Where the device cannot do it.
+    fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError>;
+
+    /// Runs it once more.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    fn run(&mut self, ready: Ready) -> Result<Timing, CellError>;
+
+    /// The picture of its last run.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    fn picture(&mut self, ready: Ready) -> Result<Image, CellError>;
+
+    /// The fragments its last run captured, in the order its resolve meets them.
+    ///
+    /// # Errors
+    /// Where the device fails, or what it captured is damaged.
+    fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError>;
+}
+
+/// Opens a device by its id (`cpu`, `vulkan:0`, `wgpu:0`). Pipelines are kept in `cache`.
+///
+/// # Errors
+/// Where there is no such device, or it does not start.
+pub fn open_engine(id: &str, cache: &Path) -> Result<Box<dyn Engine>, GpuError> {
+    if id == "cpu" {
+        return Ok(Box::new(CpuEngine::new()));
+    }
+    Ok(Box::new(GpuEngine::new(oit_gpu::open(id, cache)?)))
+}

@@ -1,0 +1,31 @@
+//! Technique registry, experiments, runner, verification.
+//!
+//! The harness knows no technique by name: captures, sorts and schedules are registries, a
+//! technique is a point on their axes, and a cell is a technique on one view of a scene.
+
+mod assemble;
+mod cpu_engine;
+mod engine;
+mod experiment;
+mod gpu_engine;
+pub mod provenance;
+mod runner;
+mod technique;
+mod verify;
+mod worker;
+
+pub use assemble::{IMAGE, assemble};
+pub use cpu_engine::cpu_info;
+pub use engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
+pub use experiment::{
+    Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
+};
+pub use runner::{
+    Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell,
+};
+pub use technique::{
+    ALIASES, DEEPEST, MaxFrags, Schedule, Stage, Technique, TechniqueError, parse_capture,
+    parse_max_frags, parse_schedule, parse_stage, parse_ties,
+};
+pub use verify::{EXACT_TOLERANCE, Verifier};
+pub use worker::{Spent, serve};

@@ -1,0 +1,333 @@
+//! A technique's coordinate: what is captured how, which pixels run which program, how they sort.
+
+use std::fmt;
+use std::str::FromStr;
+
+use oit_capture::Capture;
+use oit_fragments::Ties;
+use oit_scene::nearest;
+use oit_sort::{ChoiceError, SortChoice};
+
+/// One technique: a point on every axis. Its name is that point, axis by axis:
+/// `capture/schedule/sort/stage/max`, then what is not the default: `ties-depth`, `poolN`.
+#[derive(Clone)]
+pub struct Technique {
+    /// How fragments are captured.
+    pub capture: &'static dyn Capture,
+    /// Which pixels run which program.
+    pub schedule: Schedule,
+    /// How a pixel's fragments are sorted.
+    pub sort: SortChoice,
+    /// Where resolve programs run.
+    pub stage: Stage,
+    /// How many fragments of a pixel they hold.
+    pub max_frags: MaxFrags,
+    /// What they compare.
+    pub ties: Ties,
+    /// Room in the pool at first, in percent of what the count pass found.
+    pub pool_percent: u32,
+}
+
+/// Which pixels run which resolve program.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Schedule {
+    /// One program for all.
+    Base,
+    /// Backwards memory allocation: one program for each interval of depth complexity. Pixels are
+    /// grouped by stencil in the fragment stage, by lists in the compute stage.
+    Bma,
+}
+
+/// Where resolve programs run.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Stage {
+    /// A full-screen pass.
+    Fragment,
+    /// Compute.
+    Compute,
+}
+
+/// How many fragments of a pixel a resolve program holds.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum MaxFrags {
+    /// The next power of two, from 8, that holds the peak depth complexity, as in the papers.
+    Peak,
+    /// This many: of deeper pixels the rest is left out.
+    Exactly(u32),
+}
+
+/// Pixels deeper than this are beyond every strategy.
+pub const DEEPEST: u32 = 4096;
+
+impl Schedule {
+    /// Every schedule, in the order they are listed, with what it does.
+    pub const ALL: [(Self, &'static str, &'static str); 2] = [
+        (Self::Base, "base", "one resolve program for all pixels"),
+        (
+            Self::Bma,
+            "bma",
+            "one resolve program for each interval of depth complexity: bma-stencil masks pixels \
+             in the fragment stage, bma-list dispatches lists of pixels in the compute stage",
+        ),
+    ];
+}
+
+impl Stage {
+    /// Both stages, in the order they are listed.
+    pub const ALL: [Self; 2] = [Self::Fragment, Self::Compute];
+
+    /// The word for it in names.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fragment => "fragment",
+            Self::Compute => "compute",
+        }
+    }
+}
+
+impl MaxFrags {
+    /// The array size for a scene of this peak depth complexity.
+    #[must_use]
+    pub fn for_peak(self, peak: u32) -> u32 {
+        match self {
+            Self::Peak => peak.max(8).next_power_of_two(),
+            Self::Exactly(n) => n,
+        }
+    }
+
+    /// Whether pixels of this depth lose fragments.
+    #[must_use]
+    pub fn truncates(self, peak: u32) -> bool {
+        self.for_peak(peak) < peak
+    }
+}
+
+impl fmt::Display for MaxFrags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Peak => f.write_str("peak"),
+            Self::Exactly(n) => write!(f, "max{n}"),
+        }
+    }
+}
+
+/// The papers' names for techniques. Their programs run in the fragment stage and compare depth.
+pub const ALIASES: &[(&str, &str)] = &[
+    ("BASE-IS", "linked_list/base/insertion/fragment/peak/ties-depth"),
+    ("BASE-IMS", "linked_list/base/insertion_merge/fragment/peak/ties-depth"),
+    ("BASE-RBS-L", "linked_list/base/rbs/fragment/peak/ties-depth"),
+    ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak/ties-depth"),
+    ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak/ties-depth"),
+    ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak/ties-depth"),
+];
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let schedule = match (self.schedule, self.stage) {
+            (Schedule::Base, _) => "base",
+            (Schedule::Bma, Stage::Fragment) => "bma-stencil",
+            (Schedule::Bma, Stage::Compute) => "bma-list",
+        };
+        let stage = self.stage.name();
+        write!(f, "{}/{schedule}/{}/{stage}/{}", self.capture.name(), self.sort, self.max_frags)?;
+        if self.ties == Ties::Depth {
+            f.write_str("/ties-depth")?;
+        }
+        if self.pool_percent != 100 {
+            write!(f, "/pool{}", self.pool_percent)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// Why a text names no technique.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum TechniqueError {
+    /// A word of the name is not known on its axis.
+    #[error("no {axis} is called {word:?}; there is {}", .valid.join(", "))]
+    Unknown {
+        /// The axis.
+        axis: &'static str,
+        /// The word.
+        word: String,
+        /// The nearest valid words, or all.
+        valid: Vec<String>,
+    },
+    /// The name has too few or too many parts.
+    #[error("{0:?} is not of the form capture/schedule/sort/stage/max[/ties-depth][/poolN]")]
+    Form(String),
+    /// The sort names no strategy, or no store of it.
+    #[error(transparent)]
+    Sort(#[from] ChoiceError),
+    /// A schedule and a stage that do not go together.
+    #[error("{schedule} runs in the {needs} stage, not in the {stage} stage")]
+    Stage {
+        /// The schedule.
+        schedule: String,
+        /// Its stage.
+        needs: &'static str,
+        /// The stage given.
+        stage: &'static str,
+    },
+}
+
+/// An error for a word that is not on an axis, with the nearest words that are.
+pub(crate) fn unknown<'a>(
+    axis: &'static str,
+    word: &str,
+    valid: impl IntoIterator<Item = &'a str>,
+) -> TechniqueError {
+    let valid: Vec<&str> = valid.into_iter().collect();
+    let mut near = nearest(word, valid.iter().copied());
+    if near.is_empty() {
+        near = valid.iter().map(|&word| word.to_owned()).collect();
+    }
+    TechniqueError::Unknown { axis, word: word.to_owned(), valid: near }
+}
+
+/// The stage of this name.
+///
+/// # Errors
+/// Where there is none.
+pub fn parse_stage(text: &str) -> Result<Stage, TechniqueError> {
+    let found = Stage::ALL.into_iter().find(|stage| stage.name() == text);
+    found.ok_or_else(|| unknown("stage", text, Stage::ALL.map(Stage::name)))
+}
+
+/// The tie rule of this name.
+///
+/// # Errors
+/// Where there is none.
+pub fn parse_ties(text: &str) -> Result<Ties, TechniqueError> {
+    let found = Ties::ALL.into_iter().find(|ties| ties.name() == text);
+    found.ok_or_else(|| unknown("tie rule", text, Ties::ALL.map(Ties::name)))
+}
+
+/// The capture of this name.
+///
+/// # Errors
+/// Where there is none.
+pub fn parse_capture(text: &str) -> Result<&'static dyn Capture, TechniqueError> {
+    let found = oit_capture::CAPTURES.iter().copied().find(|capture| capture.name() == text);
+    found.ok_or_else(|| {
+        unknown("capture", text, oit_capture::CAPTURES.iter().map(|capture| capture.name()))
+    })
+}
+
+/// The schedule of this name.
+///
+/// # Errors
+/// Where there is none.
+pub fn parse_schedule(text: &str) -> Result<Schedule, TechniqueError> {
+    let found = Schedule::ALL.iter().find(|(_, name, _)| *name == text);
+    found
+        .map(|(schedule, ..)| *schedule)
+        .ok_or_else(|| unknown("schedule", text, Schedule::ALL.iter().map(|(_, name, _)| *name)))
+}
+
+/// `peak`, `maxN` or `N`.
+///
+/// # Errors
+/// Where the text is neither, or the number is 0 or above [`DEEPEST`].
+pub fn parse_max_frags(text: &str) -> Result<MaxFrags, TechniqueError> {
+    if text == "peak" {
+        return Ok(MaxFrags::Peak);
+    }
+    match text.strip_prefix("max").unwrap_or(text).parse::<u32>() {
+        Ok(n) if (1..=DEEPEST).contains(&n) => Ok(MaxFrags::Exactly(n)),
+        _ => Err(unknown("max_frags", text, ["peak", "max8", "max16", "max32", "max4096"])),
+    }
+}
+
+impl FromStr for Technique {
+    type Err = TechniqueError;
+
+    fn from_str(text: &str) -> Result<Self, TechniqueError> {
+        if let Some((_, name)) = ALIASES.iter().find(|(alias, _)| *alias == text) {
+            return name.parse();
+        }
+        let parts: Vec<&str> = text.split('/').collect();
+        let [capture, schedule, sort, stage, max_frags, rest @ ..] = parts.as_slice() else {
+            return Err(TechniqueError::Form(text.to_owned()));
+        };
+        let stage = parse_stage(stage)?;
+        let schedule = match (*schedule, stage) {
+            ("bma-stencil", Stage::Fragment) | ("bma-list", Stage::Compute) => Schedule::Bma,
+            ("bma-stencil", Stage::Compute) | ("bma-list", Stage::Fragment) => {
+                let needs = if stage == Stage::Compute { "fragment" } else { "compute" };
+                let (schedule, stage) = ((*schedule).to_owned(), stage.name());
+                return Err(TechniqueError::Stage { schedule, needs, stage });
+            }
+            ("base", _) => Schedule::Base,
+            (other, _) => return Err(unknown("schedule", other, ["base", "bma-stencil", "bma-list"])),
+        };
+        let mut technique = Self {
+            capture: parse_capture(capture)?,
+            schedule,
+            sort: sort.parse()?,
+            stage,
+            max_frags: parse_max_frags(max_frags)?,
+            ties: Ties::Total,
+            pool_percent: 100,
+        };
+        for part in rest {
+            if *part == "ties-depth" {
+                technique.ties = Ties::Depth;
+            } else if let Some(Ok(percent @ 1..)) = part.strip_prefix("pool").map(str::parse) {
+                technique.pool_percent = percent;
+            } else {
+                return Err(TechniqueError::Form(text.to_owned()));
+            }
+        }
+        Ok(technique)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_techniques_go_both_ways() {
+        for name in [
+            "linked_list/base/insertion/fragment/peak",
+            "linked_list/bma-stencil/rbs/fragment/max512",
+            "linearized/bma-list/network+rbs/compute/peak/ties-depth",
+            "linearized/base/passthrough/compute/max8/pool50",
+        ] {
+            assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
+        }
+        for (alias, name) in ALIASES {
+            assert_eq!(alias.parse::<Technique>().unwrap().to_string(), *name);
+        }
+    }
+
+    #[test]
+    fn a_wrong_word_is_named_with_its_nearest() {
+        let error = |text: &str| text.parse::<Technique>().unwrap_err().to_string();
+        let text = error("linked_lst/base/insertion/fragment/peak");
+        assert!(text.contains("\"linked_lst\"") && text.contains("linked_list"), "{text}");
+        let text = error("linked_list/base/insertoin/fragment/peak");
+        assert!(text.contains("\"insertoin\"") && text.contains("insertion"), "{text}");
+        let text = error("linked_list/bma-list/rbs/fragment/peak");
+        assert!(text.contains("compute stage"), "{text}");
+        let text = error("linked_list/base/rbs/fragment/max0");
+        assert!(text.contains("max0"), "{text}");
+        assert!(error("linked_list/base").contains("capture/schedule/sort"));
+    }
+
+    #[test]
+    fn the_array_holds_the_peak_or_what_was_asked() {
+        assert_eq!(MaxFrags::Peak.for_peak(128), 128);
+        assert_eq!(MaxFrags::Peak.for_peak(129), 256);
+        assert_eq!(MaxFrags::Peak.for_peak(3), 8);
+        assert!(MaxFrags::Exactly(8).truncates(9) && !MaxFrags::Exactly(8).truncates(8));
+    }
+}

@@ -1,0 +1,275 @@
+//! The process that touches the device. It answers one line of JSON a request, so that a hang or a
+//! crash costs the cell it happened in and not the run.
+
+use std::collections::HashMap;
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use oit_fragments::Lfb;
+use oit_record::{DeviceInfo, Verification};
+use serde::{Deserialize, Serialize};
+
+use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
+use crate::experiment::Overrides;
+use crate::technique::Technique;
+use crate::verify::Verifier;
+
+/// What the runner asks.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Request {
+    /// Open a device. Answered by [`Reply::Opened`].
+    Open { device: String, cache: PathBuf },
+    /// Open a view of a scene. Answered by [`Reply::Counted`].
+    View {
+        scene: PathBuf,
+        overrides: String,
+        view: String,
+        width_px: u32,
+        height_px: u32,
+        /// Where the picture of the fragments per pixel goes.
+        counts: PathBuf,
+    },
+    /// Make a technique ready under this cell's number, and compare it with the oracle if asked.
+    /// Answered by [`Reply::Prepared`].
+    Prepare { cell: usize, technique: String, verify: bool },
+    /// Run these cells in turn until that many milliseconds have passed and they no longer get
+    /// faster. Answered by [`Reply::Done`].
+    WarmUp { cells: Vec<usize>, at_least_ms: u64 },
+    /// Time each of these cells once, in this order. Answered by one [`Reply::Sampled`] each.
+    Sample { cells: Vec<usize> },
+    /// Where the time went. Answered by [`Reply::Spent`].
+    Spent,
+}
+
+/// What the worker answers.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Reply {
+    /// The device.
+    Opened(Box<DeviceInfo>),
+    /// A view's fragments.
+    Counted { triangles: u64, histogram: Vec<u64> },
+    /// A technique is ready.
+    Prepared(Option<Box<Verification>>),
+    /// One timing.
+    Sampled { stages_ns: Vec<(String, u64)>, total_ns: u64 },
+    /// Done.
+    Done,
+    /// Milliseconds spent.
+    Spent(Spent),
+    /// The device cannot do it.
+    Unsupported(String),
+    /// It broke.
+    Failed(String),
+}
+
+/// Where a worker's time went, in milliseconds.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Spent {
+    /// Reading and generating scenes.
+    pub scene_ms: f64,
+    /// Compiling pipelines and allocating.
+    pub prepare_ms: f64,
+    /// Counting, first runs, and comparing with the oracle.
+    pub verify_ms: f64,
+    /// Warm-up and timed runs.
+    pub render_ms: f64,
+}
+
+impl std::ops::AddAssign for Spent {
+    fn add_assign(&mut self, other: Self) {
+        self.scene_ms += other.scene_ms;
+        self.prepare_ms += other.prepare_ms;
+        self.verify_ms += other.verify_ms;
+        self.render_ms += other.render_ms;
+    }
+}
+
+impl Spent {
+    /// All of it.
+    #[must_use]
+    pub fn total_ms(&self) -> f64 {
+        self.scene_ms + self.prepare_ms + self.verify_ms + self.render_ms
+    }
+}
+
+#[derive(Default)]
+struct Worker {
+    engine: Option<Box<dyn Engine>>,
+    scene: Option<((PathBuf, String), oit_scene::Scene)>,
+    verifier: Option<Verifier>,
+    ready: HashMap<usize, Ready>,
+    spent: Spent,
+}
+
+fn ms(started: Instant) -> f64 {
+    started.elapsed().as_secs_f64() * 1e3
+}
+
+/// Answers requests from standard input on standard output until it ends.
+///
+/// # Errors
+/// Where a pipe breaks or a request is not of the protocol.
+pub fn serve() -> io::Result<()> {
+    let mut worker = Worker::default();
+    let mut out = io::stdout().lock();
+    for line in io::stdin().lock().lines() {
+        let request: Request = serde_json::from_str(&line?)?;
+        let mut answer = |reply: &Reply| -> io::Result<()> {
+            let mut line = serde_json::to_vec(reply)?;
+            line.push(b'\n');
+            out.write_all(&line)?;
+            out.flush()
+        };
+        if let Request::Sample { cells } = &request {
+            for &cell in cells {
+                answer(&worker.sample(cell).unwrap_or_else(Reply::from))?;
+            }
+        } else {
+            answer(&worker.answer(request).unwrap_or_else(Reply::from))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_counts(path: &Path, lfb: &Lfb) -> Result<(), oit_image::ImageError> {
+    if let Some(folder) = path.parent() {
+        // Where this fails, so does the write, and says why.
+        let _ = std::fs::create_dir_all(folder);
+    }
+    let counts: Vec<u32> = lfb.counts().collect();
+    oit_image::write_png16_gray(path, lfb.width(), lfb.height(), &counts)
+}
+
+impl From<CellError> for Reply {
+    fn from(error: CellError) -> Self {
+        match error {
+            CellError::Unsupported(reason) => Self::Unsupported(reason),
+            CellError::Failed(reason) => Self::Failed(reason),
+        }
+    }
+}
+
+impl Worker {
+    fn engine(&mut self) -> Result<&mut (dyn Engine + 'static), CellError> {
+        self.engine.as_deref_mut().ok_or_else(|| CellError::Failed("no device is open".into()))
+    }
+
+    fn answer(&mut self, request: Request) -> Result<Reply, CellError> {
+        match request {
+            Request::Open { device, cache } => {
+                let engine = open_engine(&device, &cache)?;
+                let info = engine.info().clone();
+                self.engine = Some(engine);
+                Ok(Reply::Opened(Box::new(info)))
+            }
+            Request::View { scene, overrides, view, width_px, height_px, counts } => {
+                let size = FrameSize { width_px, height_px };
+                self.view(&(scene, overrides), &view, size, &counts)
+            }
+            Request::Prepare { cell, technique, verify } => {
+                self.prepare(cell, &technique, verify).map(Reply::Prepared)
+            }
+            Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
+            Request::Spent => Ok(Reply::Spent(self.spent)),
+            Request::Sample { .. } => unreachable!("answered one by one in `serve`"),
+        }
+    }
+
+    fn view(
+        &mut self,
+        key: &(PathBuf, String),
+        view: &str,
+        size: FrameSize,
+        counts: &Path,
+    ) -> Result<Reply, CellError> {
+        self.ready.clear();
+        self.verifier = None;
+        let started = Instant::now();
+        // Views of one scene follow each other: its mesh is made once.
+        if self.scene.as_ref().is_none_or(|(loaded, _)| loaded != key) {
+            self.scene = None;
+            let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
+            let overrides: Overrides = toml::from_str(&key.1).map_err(|error| failed(&error))?;
+            let scene = oit_scene::load(&key.0, &overrides).map_err(|error| match error {
+                oit_scene::SceneError::MissingAsset { .. } => {
+                    CellError::Unsupported(error.to_string())
+                }
+                other => failed(&other),
+            })?;
+            self.scene = Some((key.clone(), scene));
+        }
+        let (_, scene) = self.scene.as_ref().expect("loaded above");
+        let triangles = scene.mesh.triangle_count() as u64;
+        let data = ViewData::new(scene, view, size)
+            .map_err(|error| CellError::Failed(error.to_string()))?;
+        self.spent.scene_ms += ms(started);
+        let started = Instant::now();
+        let engine = self.engine()?;
+        let histogram = engine.open_view(data)?;
+        let verifier = Verifier::new(engine)?;
+        if !counts.exists() {
+            write_counts(counts, verifier.reference())
+                .map_err(|error| CellError::Failed(error.to_string()))?;
+        }
+        self.verifier = Some(verifier);
+        self.spent.verify_ms += ms(started);
+        Ok(Reply::Counted { triangles, histogram: histogram.pixels })
+    }
+
+    fn prepare(
+        &mut self,
+        cell: usize,
+        technique: &str,
+        verify: bool,
+    ) -> Result<Option<Box<Verification>>, CellError> {
+        let technique: Technique =
+            technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
+        let started = Instant::now();
+        let (ready, preparation) = self.engine()?.prepare(&technique)?;
+        let verification = match (verify, &mut self.verifier, &mut self.engine) {
+            (true, Some(verifier), Some(engine)) => {
+                Some(verifier.verify(&mut **engine, &technique, ready, &preparation)?)
+            }
+            _ => None,
+        };
+        self.ready.insert(cell, ready);
+        self.spent.prepare_ms += preparation.prepare_ms;
+        self.spent.verify_ms += ms(started) - preparation.prepare_ms;
+        Ok(verification.map(Box::new))
+    }
+
+    fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {
+        let ready = self.ready.get(&cell).copied();
+        let ready = ready.ok_or_else(|| CellError::Failed("it was not prepared".into()))?;
+        let started = Instant::now();
+        let timing = self.engine()?.run(ready)?;
+        self.spent.render_ms += ms(started);
+        Ok(timing)
+    }
+
+    fn sample(&mut self, cell: usize) -> Result<Reply, CellError> {
+        let timing = self.run(cell)?;
+        let stages_ns = timing.stages.iter().map(|(stage, ns)| ((*stage).to_owned(), *ns));
+        Ok(Reply::Sampled { stages_ns: stages_ns.collect(), total_ns: timing.total_ns })
+    }
+
+    /// Clocks rise under load: rounds are run until they stop getting faster, for ten times the
+    /// given time at most.
+    fn warm_up(&mut self, cells: &[usize], at_least_ms: u64) -> Result<Reply, CellError> {
+        let started = Instant::now();
+        let mut last_ns = u64::MAX;
+        while at_least_ms > 0 && ms(started) < 10.0 * at_least_ms as f64 {
+            let mut round_ns = 0;
+            for &cell in cells {
+                round_ns += self.run(cell)?.total_ns;
+            }
+            let falling = round_ns as f64 <= 0.99 * last_ns as f64;
+            last_ns = round_ns;
+            if !falling && ms(started) >= at_least_ms as f64 {
+                break;
+            }
+        }
+        Ok(Reply::Done)
+    }
+}

@@ -1,0 +1,10 @@
+//! What a run leaves behind: the record schema, its reader and writer, and the statistics on samples.
+
+mod device;
+mod folder;
+mod schema;
+pub mod statistics;
+
+pub use device::{DeviceInfo, Unsupported};
+pub use folder::{Record, RecordError, RunWriter};
+pub use schema::{Cell, Event, Host, Run, SCHEMA_VERSION, Verdict, Verification};

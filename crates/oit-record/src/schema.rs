@@ -1,0 +1,207 @@
+//! What a run folder holds: `run.json`, written once when the run starts, and `events.jsonl`, one
+//! line an event, appended as it happens.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::DeviceInfo;
+
+/// The version of this schema. A record of another version is refused.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// `run.json`: one execution of one experiment on one device, and where it took place.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// [`SCHEMA_VERSION`] of the writer.
+    pub schema: u32,
+    /// The experiment's name.
+    pub experiment: String,
+    /// The experiment file, whole, as it was run.
+    pub experiment_toml: String,
+    /// `quick` or `full`.
+    pub profile: String,
+    /// The device.
+    pub device: DeviceInfo,
+    /// The machine around it.
+    pub host: Host,
+    /// The project's version.
+    pub oit_version: String,
+    /// The commit the program was built from; `None` outside a git checkout.
+    pub git_commit: Option<String>,
+    /// Whether tracked files differed from that commit when it was built.
+    pub git_dirty: Option<bool>,
+    /// The command line.
+    pub command: Vec<String>,
+    /// The seed of the order in which samples were taken.
+    pub seed: u64,
+    /// When it was started, UTC, `2026-11-22T09:30:00Z`.
+    pub started: String,
+    /// The cells, in order; events name a cell by its place here.
+    pub cells: Vec<Cell>,
+}
+
+/// The machine around a device.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Host {
+    /// Operating system and its version, as it calls itself.
+    pub os: String,
+    /// Processor, as it calls itself.
+    pub cpu: String,
+    /// Logical processors the program may use.
+    pub cpus: u32,
+}
+
+/// One technique on one view of one scene at one resolution.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// The technique's coordinate: `capture/schedule/sort/stage/max[/ties]`, say
+    /// `linked_list/bma-list/rbs/compute/peak`.
+    pub technique: String,
+    /// The scene, with its overridden parameters in order: `grid{layers=20}`.
+    pub scene: String,
+    /// The view.
+    pub view: String,
+    /// Pixels a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+impl Cell {
+    /// What cells compared with each other share: scene, view and resolution.
+    #[must_use]
+    pub fn group(&self) -> String {
+        format!("{}:{}@{}x{}", self.scene, self.view, self.width_px, self.height_px)
+    }
+}
+
+/// One line of `events.jsonl`.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Event {
+    /// What the device's own count pass found on a view.
+    Counted {
+        /// [`Cell::group`].
+        group: String,
+        /// Triangles drawn.
+        triangles: u64,
+        /// `histogram[n]` pixels have `n` fragments.
+        histogram: Vec<u64>,
+    },
+    /// A cell was run once and compared with the oracle, before any timing.
+    Verified {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// The comparison.
+        result: Verification,
+    },
+    /// The clocks just before and after a view's samples, where they can be read.
+    Clocks {
+        /// [`Cell::group`].
+        group: String,
+        /// `before` or `after`.
+        when: String,
+        /// Streaming multiprocessors or shader cores, in MHz.
+        shader_mhz: Option<u32>,
+        /// Memory, in MHz.
+        memory_mhz: Option<u32>,
+    },
+    /// One timing of a cell, by stage.
+    Sample {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// Which sample, from 0.
+        sample: u32,
+        /// Nanoseconds of each stage.
+        stages_ns: BTreeMap<String, u64>,
+        /// Nanoseconds from before the first stage to after the last.
+        total_ns: u64,
+    },
+    /// A cell that this device cannot run.
+    Skipped {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// What the device lacks.
+        reason: String,
+    },
+    /// A cell that was tried and broke: a crash, a hang, a driver's error.
+    Failed {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// What happened.
+        reason: String,
+    },
+    /// The run is complete: every cell has all its samples or a reason.
+    Finished {
+        /// Wall time of the whole run, resumed parts added up, in seconds.
+        wall_s: f64,
+    },
+}
+
+/// How a cell's picture compares with the oracle.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Verification {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Why, in words, where the verdict is not `exact`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    /// Pixels off by more than 1/255 in some channel.
+    pub wrong_px: u64,
+    /// The largest error of a colour channel (0 to 1).
+    pub max_error: f64,
+    /// Root mean square error over all pixels and colour channels.
+    pub rmse: f64,
+    /// The largest error of alpha.
+    pub max_alpha_error: f64,
+    /// Fragments that the reference capture has and this one lacks, and the other way round.
+    pub fragments_missing: u64,
+    /// Fragments that this capture has and the reference lacks.
+    pub fragments_extra: u64,
+    /// Pixels on which unlike fragments share a depth; counted where only depth is compared.
+    #[serde(default)]
+    pub tied_px: u64,
+    /// `max_frags` the program was compiled for (of its deepest interval).
+    pub max_frags: u32,
+    /// Room in the pool at first, in fragments.
+    pub pool_initial: u64,
+    /// Room in the pool in the end.
+    pub pool_final: u64,
+    /// How often the pool was too small, grew to the counted size, and the frame was rendered again.
+    pub pool_grown: u32,
+    /// Device memory of all the technique's buffers and targets, in bytes; 0 on the CPU backend.
+    pub memory_bytes: u64,
+    /// Milliseconds until its pipelines were ready.
+    pub prepare_ms: f64,
+}
+
+/// The verdict on a cell.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It must be exact and is: fragments equal as multisets, colour within the tolerances.
+    Exact,
+    /// It is not meant to be exact: its errors are data.
+    Approximate,
+    /// It must be exact and is not. Its times are never charted.
+    Wrong,
+}
+
+impl Event {
+    /// The cell it is about, if it is about one.
+    #[must_use]
+    pub fn cell(&self) -> Option<usize> {
+        match self {
+            Self::Verified { cell, .. }
+            | Self::Sample { cell, .. }
+            | Self::Skipped { cell, .. }
+            | Self::Failed { cell, .. } => Some(*cell),
+            Self::Counted { .. } | Self::Clocks { .. } | Self::Finished { .. } => None,
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Every generator keeps its promises.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use oit_scene::{GENERATORS, GenerateError, Generator, Kind, Mesh, Params, Scene, load};
+use toml::Value;
+
+fn generator(name: &str) -> &'static dyn Generator {
+    *GENERATORS.iter().find(|generator| generator.name() == name).unwrap()
+}
+
+fn generate(name: &str, values: &[(&str, Value)]) -> Result<Mesh, GenerateError> {
+    let generator = generator(name);
+    let mut params = Params::new(generator.parameters());
+    for (key, value) in values {
+        params.set(key, value).unwrap();
+    }
+    generator.generate(&params)
+}
+
+fn scene(name: &str) -> Scene {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    load(&scenes.join(name), &BTreeMap::new()).unwrap()
+}
+
+/// Per triangle, in submission order: the depths of its corners along z.
+fn depths(mesh: &Mesh) -> Vec<[f32; 3]> {
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize].position[2])).collect()
+}
+
+fn assert_sound(name: &str, mesh: &Mesh) {
+    assert!(mesh.indices.len().is_multiple_of(3), "{name}");
+    assert!(mesh.indices.iter().all(|i| (*i as usize) < mesh.vertices.len()), "{name}");
+    for vertex in &mesh.vertices {
+        assert!(vertex.position.iter().all(|x| x.is_finite()), "{name} {vertex:?}");
+        let length = vertex.normal.iter().map(|n| n * n).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 1e-4, "{name} {vertex:?}");
+    }
+}
+
+#[test]
+fn names_and_documentation() {
+    for generator in GENERATORS {
+        let name = generator.name();
+        assert_eq!(GENERATORS.iter().filter(|other| other.name() == name).count(), 1);
+        let mut names: Vec<_> = generator.parameters().iter().map(|p| p.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), generator.parameters().len(), "{name}");
+        for parameter in generator.parameters() {
+            assert!(parameter.about.ends_with('.'), "{name} {}", parameter.name);
+            let in_range = match parameter.kind {
+                Kind::Integer { default, min, max } => (min..=max).contains(&default),
+                Kind::Number { default, min, max } => (min..=max).contains(&default),
+                Kind::Word { default, valid } => valid.contains(&default),
+            };
+            assert!(in_range, "{name} {}", parameter.name);
+        }
+    }
+}
+
+#[test]
+fn pure_functions_of_their_parameters() {
+    for generator in GENERATORS {
+        let mut params = Params::new(generator.parameters());
+        let first = generator.generate(&params).unwrap();
+        assert!(first == generator.generate(&params).unwrap(), "{}", generator.name());
+        assert_sound(generator.name(), &first);
+        if generator.parameters().iter().any(|p| p.name == "seed") {
+            params.set("seed", &2.into()).unwrap();
+            assert!(first != generator.generate(&params).unwrap(), "{}", generator.name());
+        }
+    }
+}
+
+#[test]
+fn least_and_most_of_every_parameter() {
+    for generator in GENERATORS {
+        for parameter in generator.parameters() {
+            let extremes: Vec<Value> = match parameter.kind {
+                Kind::Integer { min, max, .. } => {
+                    [min, max].map(|n| Value::Integer(n as i64)).to_vec()
+                }
+                Kind::Number { min, max, .. } => [min, max].map(Value::Float).to_vec(),
+                Kind::Word { valid, .. } => valid.iter().map(|w| Value::from(*w)).collect(),
+            };
+            for value in extremes {
+                // A hairball of few strands, since every extreme makes one.
+                let mut params = Params::new(generator.parameters());
+                if generator.name() == "hairball" {
+                    params.set("strands", &20.into()).unwrap();
+                }
+                params.set(parameter.name, &value).unwrap();
+                let name = format!("{} {}={value}", generator.name(), parameter.name);
+                match generator.generate(&params) {
+                    Ok(mesh) => assert_sound(&name, &mesh),
+                    Err(GenerateError::TooLarge { triangles }) => {
+                        assert!(triangles > oit_scene::MAX_TRIANGLES, "{name}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn too_large_is_refused_before_it_is_made() {
+    let most = Value::Integer(4096);
+    let fine = Value::Integer(1024);
+    for (name, values) in [
+        ("planes", vec![("full", most.clone()), ("tessellation", fine.clone())]),
+        ("grid", vec![("layers", most.clone()), ("tessellation", Value::Integer(1 << 24))]),
+        ("stack", vec![("count", most.clone()), ("tessellation", fine)]),
+        ("hairball", vec![("strands", Value::Integer(1 << 22)), ("levels", Value::Integer(4096))]),
+    ] {
+        let error = generate(name, &values).unwrap_err();
+        assert!(error.to_string().contains("triangles, more than"), "{name}: {error}");
+    }
+}
+
+#[test]
+fn documented_counts() {
+    let count = |name, values: &[(&str, Value)]| generate(name, values).unwrap().triangle_count();
+    assert_eq!(count("planes", &[]), 128 * 4 * 4 * 2);
+    assert_eq!(count("grid", &[]), 10 * 20_000);
+    // 999 triangles are 499 cells at most: 22 rows of 22.
+    assert_eq!(count("grid", &[("tessellation", 999.into())]), 10 * 2 * 22 * 22);
+    assert_eq!(count("stack", &[]), 32 * 8 * 8 * 2);
+    assert_eq!(count("stack", &[("shape", "sphere".into())]), 32 * 8 * 16 * 2);
+    assert_eq!(count("hairball", &[]), 2 * 3000 * 240 * 2);
+    assert_eq!(count("random_triangles", &[]), 64);
+}
+
+#[test]
+fn planes_are_written_in_order_of_depth() {
+    let mesh = generate("planes", &[]).unwrap();
+    let front = depths(&mesh);
+    assert!(front.iter().all(|[a, b, c]| a == b && b == c));
+    let mut planes: Vec<f32> = front.iter().map(|[z, ..]| *z).collect();
+    assert!(planes.is_sorted_by(|nearer, farther| nearer >= farther));
+    planes.dedup();
+    assert_eq!(planes.len(), 128, "all at different depths");
+    assert_eq!((planes[0], planes[127]), (0.5, -0.5));
+
+    let back = generate("planes", &[("order", "back_to_front".into())]).unwrap();
+    assert!(depths(&back).is_sorted_by(|a, b| a[0] <= b[0]));
+}
+
+#[test]
+fn planes_views_see_that_order_and_its_reverse() {
+    for name in ["planes.toml", "planes2.toml"] {
+        let scene = scene(name);
+        for view in &scene.views {
+            let matrix = view.camera.view_projection(16.0 / 9.0);
+            let (triangles, _) = scene.mesh.indices.as_chunks::<3>();
+            let seen: Vec<f32> = triangles
+                .iter()
+                .map(|t| {
+                    let position = scene.mesh.vertices[t[0] as usize].position;
+                    matrix.project_point3([0.0, 0.0, position[2]].into()).z
+                })
+                .collect();
+            assert!(seen.iter().all(|z| (0.0..1.0).contains(z)), "{name} {}", view.name);
+            if view.name.starts_with("front") {
+                assert!(seen.is_sorted(), "{name} {}", view.name);
+            } else {
+                assert!(seen.iter().rev().is_sorted(), "{name} {}", view.name);
+            }
+        }
+    }
+}
+
+/// Fragments at 1920x1080 of a mesh of upright rectangles about the z axis, and the most of a
+/// pixel: the pixel centres inside each rectangle, as it is projected.
+fn rectangle_fragments(scene: &Scene, view: usize) -> (u64, usize) {
+    let (width, height) = (1920.0f32, 1080.0f32);
+    let matrix = scene.views[view].camera.view_projection(width / height);
+    let mut extents: BTreeMap<u32, glam::Vec2> = BTreeMap::new();
+    for vertex in &scene.mesh.vertices {
+        let clip = matrix.project_point3(vertex.position.into()).truncate().abs();
+        let extent = extents.entry(vertex.position[2].to_bits()).or_default();
+        *extent = extent.max(clip);
+    }
+    let centres = |extent: f32, size: f32| {
+        let low = ((0.5 - extent / 2.0) * size - 0.5).ceil().max(0.0);
+        let high = ((0.5 + extent / 2.0) * size - 0.5).floor().min(size - 1.0);
+        (high - low + 1.0) as u64
+    };
+    let total = extents.values().map(|e| centres(e.x, width) * centres(e.y, height)).sum();
+    // The middle of the view lies inside all of them.
+    (total, extents.len())
+}
+
+#[test]
+fn planes_have_the_fragments_of_rbs_table_2() {
+    let planes = scene("planes.toml");
+    for view in 0..2 {
+        let (total, peak) = rectangle_fragments(&planes, view);
+        assert!((36_000_000..44_000_000).contains(&total), "{total}");
+        assert_eq!(peak, 128);
+    }
+    let planes2 = scene("planes2.toml");
+    for view in 0..4 {
+        let (total, peak) = rectangle_fragments(&planes2, view);
+        assert!((36_000_000..44_000_000).contains(&total), "{total}");
+        assert_eq!(peak, 128);
+    }
+}
+
+#[test]
+fn grid_fills_the_view_it_is_made_for() {
+    let scene = scene("grid.toml");
+    let (total, peak) = rectangle_fragments(&scene, 0);
+    assert_eq!((total, peak), (10 * 1920 * 1080, 10));
+    let depths: Vec<f32> = depths(&scene.mesh).iter().step_by(20_000).map(|z| z[0]).collect();
+    assert!(!depths.is_sorted() && !depths.iter().rev().is_sorted(), "{depths:?}");
+}
+
+#[test]
+fn stacks_are_sorted_both_ways() {
+    for order in ["front_to_back", "back_to_front"] {
+        let mesh = generate("stack", &[("order", order.into())]).unwrap();
+        let mut depths = depths(&mesh);
+        if order == "back_to_front" {
+            depths.reverse();
+        }
+        assert!(depths.is_sorted_by(|a, b| a[0] >= b[0]), "{order}");
+    }
+    // A sphere's rings go from the near pole to the far one.
+    let one = [("shape", "sphere".into()), ("count", 1.into()), ("tessellation", 16.into())];
+    let mesh = generate("stack", &one).unwrap();
+    let middles: Vec<f32> = depths(&mesh).iter().map(|z| z.iter().sum::<f32>() / 3.0).collect();
+    // Within a ring the two triangles of a cell alternate, so compare rings.
+    let rings: Vec<f32> = middles.chunks(64).map(|ring| ring.iter().sum::<f32>() / 64.0).collect();
+    assert!(rings.is_sorted_by(|near, far| near > far), "{rings:?}");
+    assert!((mesh.vertices[0].position[2] - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn hairball_grows_level_by_level() {
+    let (strands, levels) = (50usize, 12usize);
+    let values = [("strands", Value::Integer(50)), ("levels", Value::Integer(12))];
+    let mesh = generate("hairball", &values).unwrap();
+    let radius = |i: &u32| glam::Vec3::from(mesh.vertices[*i as usize].position).length();
+    let in_back = |i: &u32| mesh.vertices[*i as usize].position[2] > 0.0;
+    let per_level = strands * 2 * 3;
+    for (chunk, indices) in mesh.indices.chunks(per_level).enumerate() {
+        let back = chunk < levels;
+        // The half towards +z comes first, from the tips inward; the other from the core outward.
+        let level = if back { levels - 1 - chunk } else { chunk - levels };
+        let (inner, outer) =
+            (0.5 + 4.5 * level as f32 / 12.0, 0.5 + 4.5 * (level + 1) as f32 / 12.0);
+        assert!(
+            indices.iter().map(radius).all(|r| r > inner - 1e-3 && r < outer + 1e-3),
+            "{chunk}"
+        );
+        let share = indices.iter().filter(|i| in_back(i)).count() as f32 / per_level as f32;
+        assert!(if back { share > 0.95 } else { share < 0.05 }, "{chunk}: {share}");
+    }
+}
+
+#[test]
+fn random_triangles_intersect() {
+    // Two triangles cross if corners of one lie on both sides of the other's plane, both ways;
+    // that is necessary, and in a soup this dense some such pair crosses.
+    let mesh = generate("random_triangles", &[]).unwrap();
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let corners = |t: &[u32; 3]| t.map(|i| glam::Vec3::from(mesh.vertices[i as usize].position));
+    let splits = |a: &[u32; 3], b: &[u32; 3]| {
+        let normal = glam::Vec3::from(mesh.vertices[a[0] as usize].normal);
+        let sides = corners(b).map(|p| normal.dot(p - corners(a)[0]) > 0.0);
+        sides.contains(&true) && sides.contains(&false)
+    };
+    assert!(triangles.iter().any(|a| triangles.iter().any(|b| splits(a, b) && splits(b, a))));
+}

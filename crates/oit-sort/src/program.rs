@@ -1,0 +1,225 @@
+//! Assembles a resolve program: layout, strategy and entry point, to WGSL.
+
+use crate::{STRATEGIES, SortSpec, SortStrategy};
+use minijinja::{Environment, UndefinedBehavior, context};
+use std::fmt::Write as _;
+
+/// Everything that makes a resolve program.
+#[derive(Clone, Copy)]
+pub struct Program<'a> {
+    /// How fragments are read.
+    pub layout: Layout<'a>,
+    /// How they are sorted.
+    pub strategy: &'a dyn SortStrategy,
+    /// What the kernel is compiled for.
+    pub spec: SortSpec,
+    /// How it is started.
+    pub entry: Entry,
+    /// What it makes.
+    pub output: Output,
+    /// Pixels a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+}
+
+/// How a capture's fragments are read: WGSL that declares the capture's buffers (group 0, bindings
+/// 0 to 15, read only) and defines `fn lfb_begin(pixel: u32)`, `fn lfb_more() -> bool`,
+/// `fn lfb_next() -> vec2<u32>`; with random access also `fn lfb_len() -> u32` and
+/// `fn lfb_at(i: u32) -> vec2<u32>`, both for the pixel last begun.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout<'a> {
+    /// The capture's name.
+    pub name: &'a str,
+    /// The WGSL.
+    pub wgsl: &'a str,
+    /// Whether the i-th fragment can be read without reading those before it.
+    pub random_access: bool,
+}
+
+/// How a resolve program is started.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Entry {
+    /// As a full-screen triangle's fragment shader (`vs`, `fs`), early tests forced so that a
+    /// stencil can mask it; writes `@location(0)`.
+    Fragment,
+    /// As a compute shader over all pixels in rows (`main`, 64 invocations a workgroup, workgroups
+    /// in x and y); writes the buffer `image`.
+    Pixels,
+    /// As a compute shader over a list of pixels: `group_pixels[first + i]` for `i` below
+    /// `group_counts[list]`; writes the buffer `image`.
+    List {
+        /// Which list.
+        list: u32,
+        /// Where its pixels start in `group_pixels`.
+        first: u32,
+    },
+}
+
+/// What a resolve program makes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Output {
+    /// The composited pixel.
+    Composite,
+    /// For tests, compute only: the fragments in the order it would blend them, as `vec2<u32>`, to
+    /// the buffer `emitted` from `emit_offsets[pixel]` on.
+    Emit,
+}
+
+/// Invocations of a workgroup of a compute program, in one dimension.
+pub const INVOCATIONS: u32 = 64;
+
+/// The most workgroups in x; further ones go into y. Below every device's limit of 65,535.
+pub const MAX_WORKGROUPS_X: u32 = 32_768;
+
+/// The workgroups (x, y, z) that give each of `items` pixels an invocation of a compute program.
+/// Surplus invocations end at once. An indirect dispatch must be made by the same rule.
+#[must_use]
+pub fn workgroups(items: u64) -> [u32; 3] {
+    let groups = items.div_ceil(u64::from(INVOCATIONS));
+    let x = groups.min(u64::from(MAX_WORKGROUPS_X));
+    let y = groups.div_ceil(u64::from(MAX_WORKGROUPS_X)).max(1);
+    [x as u32, u32::try_from(y).unwrap_or(u32::MAX), 1]
+}
+
+/// Why a program cannot be assembled.
+#[derive(Debug, thiserror::Error)]
+pub enum ProgramError {
+    /// The strategy holds fewer fragments.
+    #[error("sort {strategy:?} holds at most {limit} fragments, not {max_frags}")]
+    TooManyFrags {
+        /// The strategy.
+        strategy: &'static str,
+        /// Fragments asked for.
+        max_frags: u32,
+        /// Fragments it holds at most.
+        limit: u32,
+    },
+    /// A kernel that holds no fragment, or that is to run only on more than it holds.
+    #[error("sort {strategy:?} for {min_frags} to {max_frags} fragments: there is no such count")]
+    Range {
+        /// The strategy.
+        strategy: &'static str,
+        /// The fewest fragments.
+        min_frags: u32,
+        /// The most fragments.
+        max_frags: u32,
+    },
+    /// The strategy has no such store.
+    #[error("sort {strategy:?} has no store {store:?}; it has {}", stores.join(", "))]
+    Store {
+        /// The strategy.
+        strategy: &'static str,
+        /// The store asked for.
+        store: &'static str,
+        /// Its stores.
+        stores: Vec<&'static str>,
+    },
+    /// More pixels than 32 bits count.
+    #[error("{width_px}x{height_px} pixels are more than a kernel can count")]
+    TooManyPixels {
+        /// Pixels a row.
+        width_px: u32,
+        /// Rows.
+        height_px: u32,
+    },
+    /// Emitting is for compute entries.
+    #[error("a fragment shader cannot emit fragments: use a compute entry")]
+    EmitFromFragment,
+    /// A template is at fault.
+    #[error("the template of sort {strategy:?}, layout {layout:?}")]
+    Template {
+        /// The strategy.
+        strategy: &'static str,
+        /// The layout.
+        layout: String,
+        /// What minijinja says.
+        #[source]
+        source: minijinja::Error,
+    },
+}
+
+impl Program<'_> {
+    /// The program's WGSL: the prelude, the layout, the strategy's kernel, the entry point.
+    ///
+    /// # Errors
+    /// Where the strategy cannot be compiled for the spec, or a template fails.
+    pub fn wgsl(&self) -> Result<String, ProgramError> {
+        self.check()?;
+        self.assemble().map_err(|source| ProgramError::Template {
+            strategy: self.strategy.name(),
+            layout: self.layout.name.to_owned(),
+            source,
+        })
+    }
+
+    fn check(&self) -> Result<(), ProgramError> {
+        let strategy = self.strategy.name();
+        let SortSpec { min_frags, max_frags, store, .. } = self.spec;
+        if max_frags == 0 || min_frags > max_frags {
+            return Err(ProgramError::Range { strategy, min_frags, max_frags });
+        }
+        if let Some(limit) = self.strategy.limit().filter(|&limit| max_frags > limit) {
+            return Err(ProgramError::TooManyFrags { strategy, max_frags, limit });
+        }
+        if !self.strategy.stores().contains(&store) {
+            let stores = self.strategy.stores().iter().map(|store| store.name()).collect();
+            return Err(ProgramError::Store { strategy, store: store.name(), stores });
+        }
+        if self.width_px.checked_mul(self.height_px).is_none() {
+            let (width_px, height_px) = (self.width_px, self.height_px);
+            return Err(ProgramError::TooManyPixels { width_px, height_px });
+        }
+        if self.output == Output::Emit && self.entry == Entry::Fragment {
+            return Err(ProgramError::EmitFromFragment);
+        }
+        Ok(())
+    }
+
+    fn assemble(&self) -> Result<String, minijinja::Error> {
+        let mut environment = Environment::new();
+        environment.set_trim_blocks(true);
+        environment.set_lstrip_blocks(true);
+        environment.set_keep_trailing_newline(true);
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        // Every kernel's template under its name, so that one may import another's macros.
+        for strategy in STRATEGIES {
+            environment.add_template(strategy.name(), strategy.template())?;
+        }
+        environment.add_template(self.strategy.name(), self.strategy.template())?;
+        environment.add_template("prelude.wgsl", include_str!("prelude.wgsl.j2"))?;
+        environment.add_template("entry.wgsl", include_str!("entry.wgsl.j2"))?;
+
+        let (entry, list, first) = match self.entry {
+            Entry::Fragment => ("fragment", 0, 0),
+            Entry::Pixels => ("pixels", 0, 0),
+            Entry::List { list, first } => ("list", list, first),
+        };
+        let spec = &self.spec;
+        let context = context! {
+            // A kernel for at least 1 fragment is also run where there is none.
+            min_frags => if spec.min_frags > 1 { spec.min_frags } else { 0 },
+            max_frags => spec.max_frags,
+            ties => spec.ties.name(),
+            store => spec.store.name(),
+            random_access => self.layout.random_access,
+            values => self.strategy.values(spec),
+            emit => self.output == Output::Emit,
+            entry, list, first,
+            invocations => INVOCATIONS,
+            width => self.width_px,
+            pixels => self.width_px * self.height_px,
+        };
+        let render = |name: &str| environment.get_template(name)?.render(&context);
+        let mut wgsl = render("prelude.wgsl")?;
+        let named = [
+            ("Layout", self.layout.name, self.layout.wgsl.to_owned()),
+            ("Sort", self.strategy.name(), render(self.strategy.name())?),
+            ("Entry", entry, render("entry.wgsl")?),
+        ];
+        for (part, name, text) in named {
+            let _ = write!(wgsl, "\n// {part}: {name}.\n\n{}\n", text.trim());
+        }
+        Ok(wgsl)
+    }
+}

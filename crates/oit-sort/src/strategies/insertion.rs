@@ -1,0 +1,53 @@
+//! Insertion sort in a local array: the baseline of all five papers.
+
+use crate::{End, SortSpec, SortStrategy, Store};
+use oit_fragments::{Fragment, Ties};
+
+/// Reads all fragments into a local array and sorts it by insertion.
+pub(crate) struct Insertion;
+
+impl SortStrategy for Insertion {
+    fn name(&self) -> &'static str {
+        "insertion"
+    }
+
+    fn summary(&self) -> &'static str {
+        "Insertion sort in a local array: the baseline."
+    }
+
+    fn citation(&self) -> &'static str {
+        "Knowles, Leach, Zambetta 2014, section 2.1, Listing 1 (IS)"
+    }
+
+    fn stores(&self) -> &'static [Store] {
+        &[Store::Local]
+    }
+
+    fn blends_from(&self) -> End {
+        End::Back
+    }
+
+    fn template(&self) -> &'static str {
+        include_str!("insertion.wgsl.j2")
+    }
+
+    fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], _: &mut Vec<Fragment>) {
+        match spec.ties {
+            Ties::Total => insertion_sort(fragments, |a, b| Ties::Total.behind(a, b)),
+            Ties::Depth => insertion_sort(fragments, |a, b| Ties::Depth.behind(a, b)),
+        }
+    }
+}
+
+/// Listing 1: shifts the fragments behind `key` one up and puts `key` into the gap. Stable.
+pub(super) fn insertion_sort(frags: &mut [Fragment], behind: impl Fn(Fragment, Fragment) -> bool) {
+    for j in 1..frags.len() {
+        let key = frags[j];
+        let mut i = j;
+        while i > 0 && behind(frags[i - 1], key) {
+            frags[i] = frags[i - 1];
+            i -= 1;
+        }
+        frags[i] = key;
+    }
+}

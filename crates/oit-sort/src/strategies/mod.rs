@@ -1,0 +1,50 @@
+//! The registry of sort strategies. Adding one: `docs/adding-a-sort.md`.
+
+mod insertion;
+mod insertion_merge;
+mod merge;
+mod network;
+mod passthrough;
+mod rbs;
+mod rs;
+
+use crate::SortStrategy;
+use crate::nearest::{did_you_mean, nearest};
+
+/// Every sort strategy, in the order they are listed.
+pub const STRATEGIES: &[&dyn SortStrategy] = &[
+    &passthrough::Passthrough,
+    &insertion::Insertion,
+    &merge::Merge,
+    &insertion_merge::InsertionMerge,
+    &rs::Rs,
+    &rbs::Rbs,
+    &network::Network,
+];
+
+/// No strategy has this name.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("unknown sort {name:?}{}; the sorts are {}", did_you_mean(nearest), names.join(", "))]
+pub struct UnknownStrategy {
+    /// The name given.
+    pub name: String,
+    /// The names most like it.
+    pub nearest: Vec<&'static str>,
+    /// All names.
+    pub names: Vec<&'static str>,
+}
+
+/// The strategy of this name.
+///
+/// # Errors
+/// Where there is none: lists the nearest names and all.
+pub fn strategy(name: &str) -> Result<&'static dyn SortStrategy, UnknownStrategy> {
+    STRATEGIES.iter().copied().find(|s| s.name() == name).ok_or_else(|| {
+        let names: Vec<_> = STRATEGIES.iter().map(|s| s.name()).collect();
+        UnknownStrategy {
+            name: name.to_owned(),
+            nearest: nearest(name, names.iter().copied()),
+            names,
+        }
+    })
+}

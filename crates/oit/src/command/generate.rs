@@ -1,0 +1,83 @@
+//! `oit generate`: the pages that are made from the registries.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, miette};
+use oit_capture::CAPTURES;
+use oit_lab::{ALIASES, Schedule};
+use oit_sort::STRATEGIES;
+
+use crate::command::report;
+
+/// Whether to write or to check.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Change nothing; fail where a page is not up to date.
+    #[arg(long)]
+    check: bool,
+    /// The repository's root.
+    #[arg(long, default_value = ".")]
+    root: PathBuf,
+}
+
+/// Writes or checks `docs/registry.md`.
+pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
+    let path = arguments.root.join("docs/registry.md");
+    let page = page(&arguments.root)?;
+    if !arguments.check {
+        return std::fs::write(&path, page).into_diagnostic();
+    }
+    if std::fs::read_to_string(&path).into_diagnostic()? == page {
+        return Ok(());
+    }
+    Err(miette!("{} is not up to date: run `oit generate`", path.display()))
+}
+
+fn page(root: &Path) -> miette::Result<String> {
+    let mut text = String::from(
+        "# What there is\n\nMade by `oit generate` from the registries; do not edit.\n\n\
+         ## Captures\n\n| capture | what it does | source |\n|---|---|---|\n",
+    );
+    for capture in CAPTURES {
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} |",
+            capture.name(),
+            capture.summary(),
+            capture.citation()
+        );
+    }
+    text += "\n## Schedules\n\n| schedule | what it does |\n|---|---|\n";
+    for (_, name, summary) in Schedule::ALL {
+        let _ = writeln!(text, "| `{name}` | {summary} |");
+    }
+    text += "\n## Sorts\n\n| sort | what it does | stores | holds up to | source |\n|---|---|---|---|---|\n";
+    for sort in STRATEGIES {
+        let stores: Vec<&str> = sort.stores().iter().map(|store| store.name()).collect();
+        let limit = sort.limit().map_or_else(|| "any".to_owned(), |limit| limit.to_string());
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {limit} | {} |",
+            sort.name(),
+            sort.summary(),
+            stores.join(", "),
+            sort.citation()
+        );
+    }
+    text += "\n## The papers' names\n\n| name | technique |\n|---|---|\n";
+    for (alias, name) in ALIASES {
+        let _ = writeln!(text, "| {alias} | `{name}` |");
+    }
+    text += "\n## Scenes\n\n| scene | views | what it is |\n|---|---|---|\n";
+    for scene in oit_scene::list(&root.join("scenes")).map_err(report)? {
+        let about = scene.about.trim().replace('\n', " ");
+        let _ = writeln!(text, "| `{}` | {} | {about} |", scene.name, scene.views.join(", "));
+    }
+    text += "\n## Experiments\n\n| experiment | source | what it shows |\n|---|---|---|\n";
+    for experiment in oit_lab::list_experiments(&root.join("experiments")).map_err(report)? {
+        let about = experiment.about.trim().replace('\n', " ");
+        let _ = writeln!(text, "| `{}` | {} | {about} |", experiment.name, experiment.source);
+    }
+    Ok(text)
+}

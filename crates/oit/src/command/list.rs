@@ -1,0 +1,109 @@
+//! `oit list`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use oit_capture::CAPTURES;
+use oit_lab::{ALIASES, Schedule};
+use oit_scene::Asset;
+use oit_sort::STRATEGIES;
+
+use crate::command::report;
+
+/// What is listed.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// One list; all if none is named.
+    what: Option<What>,
+    /// The folder of scene files.
+    #[arg(long, default_value = "scenes")]
+    scenes: PathBuf,
+    /// The folder of experiment files.
+    #[arg(long, default_value = "experiments")]
+    experiments: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum What {
+    Techniques,
+    Sorts,
+    Captures,
+    Schedules,
+    Scenes,
+    Experiments,
+}
+
+/// Prints the lists.
+pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
+    let all = What::value_variants();
+    let wanted = arguments.what.as_ref().map_or(all, std::slice::from_ref);
+    for (place, what) in wanted.iter().enumerate() {
+        if wanted.len() > 1 {
+            let gap = if place > 0 { "\n" } else { "" };
+            println!("{gap}{what:?}:");
+        }
+        print(*what, arguments)?;
+    }
+    Ok(())
+}
+
+fn row(name: &str, text: &str) {
+    println!("  {name:<18} {text}");
+}
+
+fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
+    match what {
+        What::Techniques => {
+            println!("  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN], where");
+            let join = |names: Vec<&str>| names.join(" | ");
+            row("capture", &join(CAPTURES.iter().map(|capture| capture.name()).collect()));
+            row("schedule", "base | bma-stencil (fragment stage) | bma-list (compute stage)");
+            row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
+            row("", "A+B: A where it holds the interval, B above");
+            row("stage", "fragment | compute");
+            row("max", "peak (the next power of two above the peak) | maxN");
+            row("ties-depth", "compare depth alone, as the papers do");
+            row("poolN", "start with a pool of N % of the counted fragments");
+            for (alias, name) in ALIASES {
+                row(alias, name);
+            }
+        }
+        What::Sorts => {
+            for sort in STRATEGIES {
+                let stores: Vec<&str> = sort.stores().iter().map(|store| store.name()).collect();
+                let limit =
+                    sort.limit().map_or_else(String::new, |limit| format!(", up to {limit}"));
+                row(sort.name(), &format!("{} [{}{limit}]", sort.summary(), stores.join(", ")));
+                row("", sort.citation());
+            }
+        }
+        What::Captures => {
+            for capture in CAPTURES {
+                row(capture.name(), capture.summary());
+                row("", capture.citation());
+            }
+        }
+        What::Schedules => {
+            for (_, name, summary) in Schedule::ALL {
+                row(name, summary);
+            }
+        }
+        What::Scenes => {
+            for scene in oit_scene::list(&arguments.scenes).map_err(report)? {
+                let about = scene.about.split(". ").next().unwrap_or_default().trim_end_matches('.');
+                row(&scene.name, &about.replace('\n', " "));
+                row("", &format!("views: {}", scene.views.join(", ")));
+                if let Asset::Missing(path) = scene.asset {
+                    row("", &format!("{} is missing: run `just assets`", path.display()));
+                }
+            }
+        }
+        What::Experiments => {
+            for experiment in oit_lab::list_experiments(&arguments.experiments).map_err(report)? {
+                row(&experiment.name, experiment.about.lines().next().unwrap_or_default());
+                row("", &experiment.source);
+            }
+        }
+    }
+    Ok(())
+}

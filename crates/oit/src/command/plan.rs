@@ -1,0 +1,52 @@
+//! `oit plan`.
+
+use std::path::PathBuf;
+
+use oit_lab::{Technique, ViewData, assemble};
+
+use crate::command::render::{overrides, size};
+use crate::command::report;
+
+/// Which plan is printed.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The technique, by coordinate or alias.
+    technique: String,
+    /// A scene file.
+    #[arg(long, default_value = "scenes/planes.toml")]
+    scene: PathBuf,
+    /// A scene parameter, `name=value`; may be given several times.
+    #[arg(long = "set")]
+    set: Vec<String>,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1920x1080")]
+    size: String,
+    /// The peak depth complexity it is assembled for.
+    #[arg(long, default_value_t = 128)]
+    peak: u32,
+    /// Print the shaders too.
+    #[arg(long)]
+    shaders: bool,
+}
+
+/// Prints a plan. No device is needed.
+pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
+    let technique: Technique = arguments.technique.parse().map_err(report)?;
+    let size = size(&arguments.size)?;
+    let scene = oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
+    let data = ViewData::new(&scene, &scene.views[0].name, size).map_err(report)?;
+    let pool = size.pixels() * u64::from(arguments.peak);
+    let plan = assemble(&technique, &data.geometry, size, arguments.peak, pool).map_err(report)?;
+    print!("{plan}");
+    if arguments.shaders {
+        for pass in &plan.passes {
+            let shader = match &pass.work {
+                oit_gpu::Work::Compute { shader, .. } => shader,
+                oit_gpu::Work::Raster(raster) => &raster.shader,
+                oit_gpu::Work::Clear { .. } => continue,
+            };
+            println!("\n// {}\n{}", shader.label, shader.wgsl);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,97 @@
+//! `oit render`.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use miette::{IntoDiagnostic, miette};
+use oit_image::{false_color_png, write_exr, write_png};
+use oit_lab::{FrameSize, Technique, Verifier, ViewData, open_engine};
+
+use crate::command::{cache_folder, device_id, report};
+
+/// What is rendered, and where to.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// A scene file.
+    scene: PathBuf,
+    /// One of its views; the first if none is named.
+    #[arg(long)]
+    view: Option<String>,
+    /// The technique, by coordinate or alias.
+    #[arg(long, default_value = "linked_list/bma-list/rbs/compute/peak")]
+    technique: String,
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1920x1080")]
+    size: String,
+    /// The device: auto, cpu, vulkan:N, wgpu:N.
+    #[arg(long, default_value = "auto")]
+    device: String,
+    /// A scene parameter, `name=value`; may be given several times.
+    #[arg(long = "set")]
+    set: Vec<String>,
+    /// The background that the PNG is composited over: red, green, blue from 0 to 1.
+    #[arg(long, default_value = "1,1,1")]
+    background: String,
+    /// The folder the files go to: NAME.png, NAME.exr (float RGBA and depth complexity) and
+    /// NAME-depth.png (depth complexity in false colour), NAME being the scene's and the view's.
+    #[arg(long, default_value = "renders")]
+    out: PathBuf,
+}
+
+/// `1920x1080`.
+pub(crate) fn size(text: &str) -> miette::Result<FrameSize> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    match parsed {
+        Some((width_px @ 1..=16384, height_px @ 1..=16384)) => Ok(FrameSize { width_px, height_px }),
+        _ => Err(miette!("{text:?} is no size: write width x height, each 1 to 16384, as 1920x1080")),
+    }
+}
+
+/// Scene parameters from `name=value` pairs, each value as TOML.
+pub(crate) fn overrides(pairs: &[String]) -> miette::Result<oit_lab::Overrides> {
+    let mut values = BTreeMap::new();
+    for pair in pairs {
+        let Some((name, value)) = pair.split_once('=') else {
+            return Err(miette!("{pair:?} is not of the form name=value"));
+        };
+        let table = format!("value = {value}").parse::<toml::Table>();
+        let table = table.or_else(|_| format!("value = {value:?}").parse()).into_diagnostic()?;
+        values.extend(table.into_iter().map(|(_, value)| (name.to_owned(), value)));
+    }
+    Ok(values)
+}
+
+fn background(text: &str) -> miette::Result<[f32; 3]> {
+    let channels: Vec<f32> = text.split(',').filter_map(|channel| channel.trim().parse().ok()).collect();
+    channels.try_into().map_err(|_| miette!("{text:?} is no colour: write three numbers, as 1,1,1"))
+}
+
+/// Renders, says how right it is, and writes the files.
+pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
+    let technique: Technique = arguments.technique.parse().map_err(report)?;
+    let size = size(&arguments.size)?;
+    let background = background(&arguments.background)?;
+    let scene =
+        oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
+    let view = arguments.view.clone().unwrap_or_else(|| scene.views[0].name.clone());
+    let data = ViewData::new(&scene, &view, size).map_err(report)?;
+    let device = device_id(&arguments.device)?;
+    let mut engine = open_engine(&device, &cache_folder()).map_err(report)?;
+    let histogram = engine.open_view(data).map_err(report)?;
+    let mut verifier = Verifier::new(&mut *engine).map_err(report)?;
+    let (ready, preparation) = engine.prepare(&technique).map_err(report)?;
+    let result =
+        verifier.verify(&mut *engine, &technique, ready, &preparation).map_err(report)?;
+    let image = engine.picture(ready).map_err(report)?;
+    let counts: Vec<u32> = verifier.reference().counts().collect();
+    std::fs::create_dir_all(&arguments.out).into_diagnostic()?;
+    let path = |ending: &str| arguments.out.join(format!("{}-{view}{ending}", scene.name));
+    write_png(&path(".png"), &image, background).map_err(report)?;
+    write_exr(&path(".exr"), &image, Some(&counts)).map_err(report)?;
+    let (width, height) = (size.width_px, size.height_px);
+    false_color_png(&path("-depth.png"), width, height, &counts).map_err(report)?;
+    println!("{} triangles, {} fragments, up to {} on one of {} covered pixels", scene.mesh.triangle_count(), histogram.total(), histogram.peak(), histogram.covered());
+    println!("{technique} on {device}: {:?}{}", result.verdict, result.note.map_or_else(String::new, |note| format!(", {note}")));
+    println!("{}", path(".png").display());
+    Ok(())
+}

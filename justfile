@@ -1,0 +1,106 @@
+# The commands of this project. `just --list` shows them; `just reproduce` and `just test` need
+# nothing but Rust, and set the rest up themselves.
+
+set shell := ["bash", "-euo", "pipefail", "-c"]
+set ignore-comments
+
+target := env("CARGO_TARGET_DIR", "target")
+oit := target / "release/oit"
+paper_figures := target / "figures/paper-figures"
+recorded := "experiments/recorded"
+
+# List the recipes.
+default:
+    @just --list --unsorted
+
+# Look for a Vulkan device; install Mesa's software one with apt where there is none.
+setup:
+    @./setup.sh
+
+# Measure the quick profile of every experiment, verify every cell, draw the figures.
+reproduce: setup build build-figures
+    #!/usr/bin/env bash
+    set -euo pipefail
+    run=runs/$(date -u +%Y%m%dT%H%M%SZ)
+    {{ oit }} sweep experiments/*.toml --profile quick --out "$run"
+    {{ paper_figures }} --records {{ recorded }} --records "$run" --out paper_figures/out/local
+    {{ paper_figures }} verdicts --records {{ recorded }} --records "$run"
+    echo "Measurements: $run"
+    echo "Figures:      paper_figures/out/local"
+
+# All tests, the doc tests included.
+test: setup
+    # The figures need polars: a light profile, and its own build.
+    cargo test --locked --profile figures -p analysis -p paper_figures
+    cargo test --locked
+
+# Run experiments: `just sweep experiments/sorts.toml --profile full --device vulkan:0`.
+[positional-arguments]
+sweep *ARGS: build
+    @{{ oit }} sweep "$@"
+
+# Measure one sort strategy against all others and draw who wins where.
+[positional-arguments]
+compare STRATEGY *ARGS: setup build build-figures
+    #!/usr/bin/env bash
+    set -euo pipefail
+    run=runs/compare-$1-$(date -u +%Y%m%dT%H%M%SZ)
+    {{ oit }} compare "$@" --out "$run"
+    {{ paper_figures }} --records "$run" --out "paper_figures/out/local/compare-$1"
+    echo "Measurements: $run"
+    echo "Figures:      paper_figures/out/local/compare-$1"
+
+# Draw the tracked figures from the recorded measurements alone.
+figures: build-figures
+    rm -rf paper_figures/out/recorded
+    {{ paper_figures }} --records {{ recorded }} --out paper_figures/out/recorded
+
+# Fail if the tracked figures are not, byte for byte, what the recorded measurements give.
+check-figures: build-figures
+    #!/usr/bin/env bash
+    set -euo pipefail
+    fresh=$(mktemp -d)
+    trap 'rm -rf "$fresh"' EXIT
+    {{ paper_figures }} --records {{ recorded }} --out "$fresh"
+    if ! diff -rq paper_figures/out/recorded "$fresh"; then
+        echo "The figures differ from the recorded measurements: run 'just figures'." >&2
+        exit 1
+    fi
+
+# Each claim of the papers, and whether the recorded measurements bear it out.
+claims: build-figures
+    @{{ paper_figures }} verdicts --records {{ recorded }}
+
+# Fetch the large models (the Stanford dragon) into an ignored folder.
+assets:
+    ./scenes/assets.sh
+
+# Benchmarks of the CPU twins.
+[positional-arguments]
+bench *ARGS:
+    cargo bench --locked "$@"
+
+# Fail if generated text (tables in the documents, sorting networks) is not up to date.
+check-generated:
+    cargo run --locked --bin oit -- generate --check
+
+# Format all code.
+fmt:
+    cargo fmt --all
+
+# Formatting, clippy, dependencies (cargo-deny) and spelling (typos). Needs the last two installed.
+lint:
+    cargo fmt --all --check
+    # One pass over everything: a check generates no code, so the figures need no profile of their own.
+    cargo clippy --locked --workspace --all-targets -- -D warnings
+    # Not its advisories: their database is fetched from GitHub, which not every machine may reach.
+    cargo deny --locked --log-level error check bans licenses sources
+    typos
+
+[private]
+build:
+    cargo build --locked --release -p oit
+
+[private]
+build-figures:
+    cargo build --locked --profile figures -p paper_figures

@@ -1,0 +1,39 @@
+//! The kinds of chart. Each is data; drawing it adds shapes to a canvas.
+
+mod depth_map;
+mod error_scatter;
+mod histogram;
+mod ratio_bars;
+mod stage_bars;
+mod table_image;
+
+pub use depth_map::{DepthMap, DepthMaps};
+pub use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
+pub use histogram::{DepthHistogram, HistogramSeries};
+pub use ratio_bars::{RatioBar, RatioBars, RatioPanel};
+pub(crate) use stage_bars::stage_place;
+pub use stage_bars::{StageBar, StageBars, stage_colour};
+pub use table_image::TableImage;
+
+use crate::FigureError;
+use crate::canvas::Canvas;
+
+/// A chart that can be drawn on a canvas.
+pub trait Chart {
+    /// Its width and height in pixels.
+    ///
+    /// # Errors
+    /// Where the font is damaged.
+    fn size(&self) -> Result<(f64, f64), FigureError>;
+
+    /// Draws it with its top left corner at a place.
+    ///
+    /// # Errors
+    /// Where the font is damaged.
+    fn draw(&self, canvas: &mut Canvas, at: (f64, f64)) -> Result<(), FigureError>;
+}
+
+/// Size of labels.
+const LABEL_PX: f64 = 12.0;
+/// Size of tick labels and annotations.
+const SMALL_PX: f64 = 11.0;

@@ -1,0 +1,127 @@
+//! What figures are drawn from: tables of records, and which run speaks for a view.
+
+use std::collections::BTreeMap;
+
+use analysis::{CellResult, RunInfo, Tables, scene_name};
+
+/// The cells of one view of one scene at one resolution, all from one run on one device.
+#[derive(Clone, Debug)]
+pub struct Group<'a> {
+    /// The run they are from.
+    pub run: &'a RunInfo,
+    /// The scene with its parameters.
+    pub scene: &'a str,
+    /// The view.
+    pub view: &'a str,
+    /// Pixels a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Every cell of the group, in the order of the run.
+    pub cells: Vec<&'a CellResult>,
+}
+
+impl Group<'_> {
+    /// The group's name in records.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}:{}@{}x{}", self.scene, self.view, self.width_px, self.height_px)
+    }
+
+    /// Scene and view, for titles.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("{}, {}", self.scene, self.view)
+    }
+
+    /// Scene and view, for file names.
+    #[must_use]
+    pub fn slug(&self) -> String {
+        slug(&format!("{}-{}", self.scene, self.view))
+    }
+
+    /// Device, resolution and profile, for subtitles.
+    #[must_use]
+    pub fn conditions(&self) -> String {
+        let (device, profile) = (self.run.device(), &self.run.run.profile);
+        format!("{device}, {} × {} px, {profile} profile", self.width_px, self.height_px)
+    }
+
+    /// The device, for file names.
+    #[must_use]
+    pub fn device_slug(&self) -> String {
+        slug(&self.run.device())
+    }
+}
+
+/// Lower-case letters and digits with single hyphens between.
+#[must_use]
+pub fn slug(text: &str) -> String {
+    let words: Vec<String> = text
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    words.join("-")
+}
+
+/// The groups that hold cells a figure wants, one a device, scene and view, sorted by these.
+///
+/// Where several runs of a device hold the view, one of them speaks for it, since times of
+/// different runs are not put side by side: a `full` profile before another, then the one with the
+/// most wanted cells charted, then the larger picture, then the one started last.
+pub fn groups<'a>(tables: &'a Tables, wanted: impl Fn(&CellResult) -> bool) -> Vec<Group<'a>> {
+    let mut found: BTreeMap<(usize, String), Group<'a>> = BTreeMap::new();
+    for cell in &tables.results {
+        let group = found.entry((cell.run, cell.name.group())).or_insert_with(|| Group {
+            run: &tables.runs[cell.run],
+            scene: &cell.name.scene,
+            view: &cell.name.view,
+            width_px: cell.name.width_px,
+            height_px: cell.name.height_px,
+            cells: Vec::new(),
+        });
+        group.cells.push(cell);
+    }
+    let charted = |group: &Group| {
+        group.cells.iter().filter(|cell| !cell.times.is_empty() && wanted(cell)).count()
+    };
+    let mut best: BTreeMap<(String, &str, &str), Group<'a>> = BTreeMap::new();
+    for group in found.into_values() {
+        let rank = |group: &Group<'a>| {
+            let area = u64::from(group.width_px) * u64::from(group.height_px);
+            let run = &group.run.run;
+            (
+                run.profile == "full",
+                charted(group),
+                area,
+                run.started.clone(),
+                group.run.name.clone(),
+            )
+        };
+        if charted(&group) == 0 {
+            continue;
+        }
+        let key = (group.run.device(), group.scene, group.view);
+        if best.get(&key).is_none_or(|other| rank(&group) > rank(other)) {
+            best.insert(key, group);
+        }
+    }
+    best.into_values().collect()
+}
+
+/// Groups by device, in the order of the devices.
+#[must_use]
+pub fn by_device(groups: Vec<Group<'_>>) -> BTreeMap<String, Vec<Group<'_>>> {
+    let mut devices: BTreeMap<String, Vec<Group<'_>>> = BTreeMap::new();
+    for group in groups {
+        devices.entry(group.run.device()).or_default().push(group);
+    }
+    devices
+}
+
+/// The group of a scene, by its name without parameters, and a view.
+#[must_use]
+pub fn view_of<'a, 'b>(groups: &'b [Group<'a>], scene: &str, view: &str) -> Option<&'b Group<'a>> {
+    groups.iter().find(|group| scene_name(group.scene) == scene && group.view == view)
+}

@@ -1,0 +1,48 @@
+//! The figures and tables there are, one file each.
+
+mod bma_figure_5;
+mod compare;
+mod pareto;
+mod ratios;
+mod rbs_figure_5;
+mod rbs_table_2;
+mod rbs_table_3;
+pub(crate) mod rbs_views;
+mod sort_intervals;
+mod stage_times;
+
+pub use compare::compare;
+
+use analysis::Tables;
+
+use crate::FigureError;
+use crate::output::Output;
+
+/// A figure or table that is drawn from records.
+pub trait Figure: Sync {
+    /// Its name: the start of the names of its files.
+    fn name(&self) -> &'static str;
+
+    /// Which table or figure of which paper it repeats, or what it shows.
+    fn source(&self) -> &'static str;
+
+    /// What records must hold for it to be drawn.
+    fn needs(&self) -> &'static str;
+
+    /// Draws it: nothing where the records lack what it needs.
+    ///
+    /// # Errors
+    /// Where published numbers, a file beside a record or the font is damaged.
+    fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError>;
+}
+
+/// All figures, in the order of the index.
+pub const FIGURES: &[&dyn Figure] = &[
+    &rbs_table_2::RbsTable2,
+    &rbs_table_3::RbsTable3,
+    &rbs_figure_5::RbsFigure5,
+    &bma_figure_5::BmaFigure5,
+    &pareto::Pareto,
+    &sort_intervals::SortIntervals,
+    &stage_times::StageTimes,
+];

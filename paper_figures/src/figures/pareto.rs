@@ -1,0 +1,187 @@
+//! Time against error: exact techniques and those that leave something out, in one chart a view.
+
+use analysis::{CellResult, RESOLVE, TOTAL, Tables};
+
+use super::Figure;
+use crate::FigureError;
+use crate::axis::{number, three_digits};
+use crate::chart::{ErrorScatter, ScatterPanel, ScatterPoint};
+use crate::data::{Group, groups};
+use crate::output::{Csv, Output, Stamp, Table, Value};
+use crate::technique_names::label;
+
+/// Time against error.
+pub(super) struct Pareto;
+
+impl Figure for Pareto {
+    fn name(&self) -> &'static str {
+        "pareto"
+    }
+
+    fn source(&self) -> &'static str {
+        "time against error, after BMA 2013, Figure 6 (what a too small array costs)"
+    }
+
+    fn needs(&self) -> &'static str {
+        "a view with an exact technique and one whose picture is off"
+    }
+
+    fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
+        let mut outputs = Vec::new();
+        for group in groups(tables, wanted) {
+            let cells: Vec<&CellResult> = group
+                .cells
+                .iter()
+                .copied()
+                .filter(|cell| wanted(cell) && !cell.times.is_empty())
+                .collect();
+            let exact = cells.iter().any(|cell| cell.rmse() == Some(0.0));
+            let off = cells.iter().any(|cell| cell.rmse().is_some_and(|rmse| rmse > 0.0));
+            if exact && off {
+                outputs.push(output(&group, &cells));
+            }
+        }
+        Ok(outputs)
+    }
+}
+
+fn wanted(cell: &CellResult) -> bool {
+    cell.technique.pool_percent == "100" && cell.rmse().is_some_and(f64::is_finite)
+}
+
+/// Marks the points that no other beats in one of time and error without losing in the other.
+pub(super) fn mark_front(points: &mut [ScatterPoint]) {
+    let all: Vec<(f64, f64)> = points.iter().map(|point| (point.rmse, point.ms)).collect();
+    for point in points {
+        let beaten = all.iter().any(|&(rmse, ms)| {
+            rmse <= point.rmse && ms <= point.ms && (rmse < point.rmse || ms < point.ms)
+        });
+        point.front = !beaten;
+    }
+}
+
+fn panel(title: &str, stage: &str, cells: &[&CellResult]) -> ScatterPanel {
+    let points = cells.iter().filter_map(|cell| {
+        Some(ScatterPoint {
+            technique: cell.technique.clone(),
+            label: label(&cell.name.technique),
+            rmse: cell.rmse()?,
+            ms: cell.median_ms(stage).filter(|&ms| ms > 0.0)?,
+            front: false,
+        })
+    });
+    let mut points: Vec<ScatterPoint> = points.collect();
+    mark_front(&mut points);
+    ScatterPanel { title: title.to_owned(), points }
+}
+
+fn output(group: &Group, cells: &[&CellResult]) -> Output {
+    let panels = vec![
+        panel("Total time, ms (log scale)", TOTAL, cells),
+        panel("Resolve time with grouping, ms (log scale)", RESOLVE, cells),
+    ];
+    let on_front = |panel: &ScatterPanel, cell: &CellResult| {
+        panel.points.iter().any(|p| p.front && p.technique.coordinate == cell.name.technique)
+    };
+    let mut csv = Csv {
+        columns: vec![
+            "technique",
+            "rmse",
+            "max_error",
+            "wrong_px",
+            "total_ms",
+            "total_low_ms",
+            "total_high_ms",
+            "resolve_ms",
+            "resolve_low_ms",
+            "resolve_high_ms",
+            "memory_bytes",
+            "total_front",
+            "resolve_front",
+        ],
+        rows: Vec::new(),
+    };
+    let columns = ["technique", "rmse", "max error", "total\nms", "resolve\nms", "memory\nMiB"];
+    let mut table = Table { columns: columns.map(str::to_owned).to_vec(), ..Table::default() };
+    let mut sorted = cells.to_vec();
+    let key =
+        |cell: &CellResult| (cell.rmse().unwrap_or(0.0), cell.median_ms(TOTAL).unwrap_or(0.0));
+    sorted.sort_by(|a, b| {
+        let ((a_rmse, a_ms), (b_rmse, b_ms)) = (key(a), key(b));
+        a_rmse.total_cmp(&b_rmse).then(a_ms.total_cmp(&b_ms)).then_with(|| a.name.cmp(&b.name))
+    });
+    for cell in sorted {
+        let Some(verification) = &cell.verification else { continue };
+        let rmse = cell.rmse().unwrap_or(0.0);
+        let fronts = [on_front(&panels[0], cell), on_front(&panels[1], cell)];
+        let mut row = vec![
+            cell.name.technique.clone(),
+            format!("{rmse}"),
+            format!("{}", verification.max_error),
+        ];
+        row.push(verification.wrong_px.to_string());
+        for stage in [TOTAL, RESOLVE] {
+            let summary = cell.times.get(stage).map(|timing| timing.summary);
+            for value in
+                [summary.map(|s| s.median), summary.map(|s| s.low), summary.map(|s| s.high)]
+            {
+                row.push(value.map_or(String::new(), |ns| format!("{}", ns / 1e6)));
+            }
+        }
+        row.push(verification.memory_bytes.to_string());
+        row.extend(fronts.map(|front| front.to_string()));
+        csv.rows.push(row);
+        let time = |stage: &str, front: bool| match cell.median_ms(stage) {
+            Some(ms) => Value { text: three_digits(ms), marked: front },
+            None => Value::from("–"),
+        };
+        table.rows.push(vec![
+            label(&cell.name.technique).into(),
+            if rmse == 0.0 { "exact".to_owned() } else { number(rmse) }.into(),
+            number(verification.max_error).into(),
+            time(TOTAL, fronts[0]),
+            time(RESOLVE, fronts[1]),
+            match verification.memory_bytes {
+                0 => "–".to_owned(),
+                bytes => format!("{:.1}", bytes as f64 / f64::from(1 << 20)),
+            }
+            .into(),
+        ]);
+    }
+    Output {
+        name: format!("pareto-{}-{}", group.slug(), group.device_slug()),
+        title: format!("Time against error: {}", group.title()),
+        subtitle: group.conditions(),
+        chart: Box::new(ErrorScatter(panels)),
+        tables: vec![table],
+        csv,
+        notes: vec![
+            "Medians. A technique with max8 sorts and blends at most 8 fragments of a pixel, and so \
+             on; the rest of a deeper pixel is left out. Marked times are on the front."
+                .to_owned(),
+        ],
+        stamps: [Stamp::of(group.run)].into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use analysis::Technique;
+
+    use super::*;
+
+    #[test]
+    fn the_front_has_what_nothing_beats() {
+        let point = |rmse: f64, ms: f64| ScatterPoint {
+            technique: Technique::default(),
+            label: String::new(),
+            rmse,
+            ms,
+            front: false,
+        };
+        let mut points =
+            [point(0.0, 4.0), point(0.0, 3.0), point(0.1, 3.0), point(0.1, 2.0), point(0.2, 1.0)];
+        mark_front(&mut points);
+        assert_eq!(points.map(|point| point.front), [false, true, false, true, true]);
+    }
+}

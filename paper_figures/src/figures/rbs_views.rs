@@ -1,0 +1,146 @@
+//! What Tables 2 and 3 of the register-based block sort paper share: their synthetic views, and
+//! which techniques stand in their rows.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use analysis::{CellResult, RESOLVE, TOTAL, Tables, scene_name};
+use oit_record::Verdict;
+
+use crate::data::{self, Group, by_device, groups, view_of};
+use crate::output::Stamp;
+use crate::technique_names::{ALIASES, coordinates, find};
+
+/// The paper's name of a view, and the scene and view here.
+pub(crate) const VIEWS: [(&str, &str, &str); 4] = [
+    ("hairball Fwd", "hairball", "inside-front"),
+    ("hairball Rev", "hairball", "inside-back"),
+    ("planes Fwd", "planes", "front"),
+    ("planes Rev", "planes", "back"),
+];
+
+/// The paper's quantities, and the stages that they are here.
+pub(crate) const QUANTITIES: [(&str, &str); 2] = [("T", TOTAL), ("R", RESOLVE)];
+
+/// One device's views, those it has.
+pub(super) struct Device<'a> {
+    /// The device.
+    pub(super) name: String,
+    /// Resolution and profile.
+    pub(super) conditions: String,
+    views: BTreeMap<&'static str, Group<'a>>,
+    /// Coordinates that are measured and no paper has: compute stage or networks, most general
+    /// array, linked lists as in the paper.
+    pub(super) others: Vec<String>,
+}
+
+fn is_alias(cell: &CellResult) -> bool {
+    let technique = &cell.name.technique;
+    ALIASES.iter().any(|(alias, _)| coordinates(alias).contains(technique))
+}
+
+fn is_other(cell: &CellResult) -> bool {
+    let technique = &cell.technique;
+    technique.capture == "linked_list"
+        && technique.max == "peak"
+        && technique.pool_percent == "100"
+        && (technique.shader_stage == "compute" || technique.sort.contains("network"))
+}
+
+fn is_exact(cell: &CellResult) -> bool {
+    cell.verification.as_ref().is_some_and(|v| v.verdict == Verdict::Exact)
+}
+
+fn wanted(cell: &CellResult) -> bool {
+    let view = |(_, scene, view): &(&str, &str, &str)| {
+        scene_name(&cell.name.scene) == *scene && cell.name.view == *view
+    };
+    VIEWS.iter().any(view) && is_exact(cell) && (is_alias(cell) || is_other(cell))
+}
+
+/// Every device that has one of the views.
+pub(super) fn devices(tables: &Tables) -> Vec<Device<'_>> {
+    let mut devices = Vec::new();
+    for (name, groups) in by_device(groups(tables, wanted)) {
+        let views: BTreeMap<&str, Group> = VIEWS
+            .iter()
+            .filter_map(|&(paper, scene, view)| {
+                Some((paper, view_of(&groups, scene, view)?.clone()))
+            })
+            .collect();
+        let conditions: BTreeSet<String> = views
+            .values()
+            .map(|group| {
+                let profile = &group.run.run.profile;
+                format!("{} × {} px, {profile} profile", group.width_px, group.height_px)
+            })
+            .collect();
+        let cells = || views.values().flat_map(|group| &group.cells);
+        let others = cells()
+            .filter(|cell| is_other(cell) && is_exact(cell) && !is_alias(cell))
+            .map(|cell| cell.name.technique.clone())
+            .collect::<BTreeSet<String>>();
+        let conditions = conditions.into_iter().collect::<Vec<_>>().join("; ");
+        devices.push(Device { name, conditions, views, others: others.into_iter().collect() });
+    }
+    devices
+}
+
+impl<'a> Device<'a> {
+    /// The group measured for a view of the paper.
+    pub(super) fn group(&self, view: &str) -> Option<&Group<'a>> {
+        self.views.get(view)
+    }
+
+    /// The cell of a technique, by the paper's name or coordinate, in a view of the paper.
+    pub(super) fn cell(&self, technique: &str, view: &str) -> Option<&'a CellResult> {
+        find(&self.group(view)?.cells, technique)
+    }
+
+    /// What must be said of a row: why numbers of ours are missing, and which tie rule was run.
+    pub(super) fn note(&self, technique: &str) -> String {
+        let known = technique.contains('/') || ALIASES.iter().any(|(alias, _)| *alias == technique);
+        let cells: Vec<(&str, &CellResult)> = VIEWS
+            .iter()
+            .filter_map(|(view, _, _)| Some((*view, self.cell(technique, view)?)))
+            .collect();
+        if !known || cells.is_empty() {
+            return "not measured yet".to_owned();
+        }
+        let mut notes = Vec::new();
+        let total_order = |cell: &CellResult| cell.technique.ties == "total";
+        if !technique.contains('/') && cells.iter().any(|(_, cell)| total_order(cell)) {
+            notes.push("total order".to_owned());
+        }
+        for (view, cell) in cells {
+            if cell.times.is_empty() {
+                notes.push(format!("{view}: {}", cell.state.name()));
+            }
+        }
+        notes.join("; ")
+    }
+
+    /// The stamps of the runs behind the views.
+    pub(super) fn stamps(&self) -> impl Iterator<Item = Stamp> + '_ {
+        self.views.values().map(|group| Stamp::of(group.run))
+    }
+}
+
+/// What a row of a table for programs says of a cell, after what it is: picture, state, origin.
+pub(super) fn provenance(group: &data::Group, cell: Option<&CellResult>) -> Vec<String> {
+    let state = cell.map_or("not measured", |cell| cell.state.name());
+    let reason = cell.and_then(|cell| cell.reason.clone()).unwrap_or_default();
+    vec![
+        group.scene.to_owned(),
+        group.view.to_owned(),
+        group.width_px.to_string(),
+        group.height_px.to_string(),
+        state.to_owned(),
+        reason,
+        group.run.name.clone(),
+        group.run.commit(),
+    ]
+}
+
+/// The columns of [`provenance`].
+pub(super) const PROVENANCE: [&str; 8] =
+    ["scene", "view", "width_px", "height_px", "state", "reason", "run", "commit"];

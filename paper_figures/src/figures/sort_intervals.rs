@@ -1,0 +1,62 @@
+//! The resolve time of each sort relative to insertion sort, with intervals, after Figure 9 of the
+//! backwards memory allocation paper.
+
+use analysis::{RESOLVE, Tables};
+
+use super::Figure;
+use super::ratios::{self, Compared, families};
+use crate::FigureError;
+use crate::data::groups;
+use crate::output::Output;
+
+/// Sorts relative to insertion sort.
+pub(super) struct SortIntervals;
+
+/// What the others are compared with.
+const REFERENCE: &str = "insertion";
+
+impl Figure for SortIntervals {
+    fn name(&self) -> &'static str {
+        "sort-intervals"
+    }
+
+    fn source(&self) -> &'static str {
+        "sorts relative to insertion sort, after BMA 2013, Figure 9"
+    }
+
+    fn needs(&self) -> &'static str {
+        "a view with insertion and another sort, all else equal"
+    }
+
+    fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
+        let mut outputs = Vec::new();
+        for group in groups(tables, ratios::wanted) {
+            let mut compared = Vec::new();
+            for (family, sorts) in families(&group) {
+                let Some(reference) = sorts.get(REFERENCE) else { continue };
+                if !reference.times.contains_key(RESOLVE) {
+                    continue;
+                }
+                for (sort, cell) in sorts.iter().filter(|(sort, _)| **sort != REFERENCE) {
+                    let ratio = analysis::compare(cell, reference, RESOLVE)?;
+                    compared.push(Compared {
+                        family: family.clone(),
+                        sort,
+                        with: REFERENCE,
+                        ratio,
+                    });
+                }
+            }
+            if compared.is_empty() {
+                continue;
+            }
+            let name = format!("sort-intervals-{}-{}", group.slug(), group.device_slug());
+            let title = format!("Sorts relative to insertion sort: {}", group.title());
+            let axis = "resolve time (with grouping) over that of insertion sort, log scale";
+            let sides = ("faster than insertion".to_owned(), "slower".to_owned());
+            let axis = (axis.to_owned(), sides);
+            outputs.push(ratios::output(&group, (name, title), axis, &compared, |one| one.sort));
+        }
+        Ok(outputs)
+    }
+}

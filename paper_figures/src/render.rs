@@ -1,0 +1,181 @@
+//! A canvas as SVG and as PNG, through plotters' backends. Nothing depends on the time or place of
+//! drawing.
+
+use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
+
+use crate::FigureError;
+use crate::canvas::{Anchor, Canvas, Colour, FONT, Item, PLOTTERS_SIZE_PER_EM, text_width};
+
+/// Both outputs are drawn on a grid this much finer than the page, so that what an SVG rounds to
+/// whole units is rounded to half a pixel.
+const SCALE: f64 = 2.0;
+
+fn rgb(colour: Colour) -> RGBColor {
+    RGBColor(colour.0, colour.1, colour.2)
+}
+
+fn unit(value: f64) -> i32 {
+    (value * SCALE).round() as i32
+}
+
+fn units((x, y): (f64, f64)) -> (i32, i32) {
+    (unit(x), unit(y))
+}
+
+fn failed<E: std::fmt::Display>(error: E) -> FigureError {
+    FigureError::Draw(error.to_string())
+}
+
+/// Draws everything but pictures, which plotters' SVG backend cannot embed.
+fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), FigureError> {
+    let page = (unit(canvas.width_px), unit(canvas.height_px));
+    backend.draw_rect((0, 0), page, &RGBColor(255, 255, 255), true).map_err(failed)?;
+    for item in &canvas.items {
+        match item {
+            Item::Line { points, colour, width_px } => {
+                let stroke_width = unit(*width_px).max(1) as u32;
+                let style = ShapeStyle { color: rgb(*colour).into(), filled: false, stroke_width };
+                backend.draw_path(points.iter().map(|&p| units(p)), &style).map_err(failed)?;
+            }
+            Item::Polygon { points, colour } => {
+                let points = points.iter().map(|&p| units(p));
+                backend.fill_polygon(points, &rgb(*colour)).map_err(failed)?;
+            }
+            Item::Rectangle { sides: [left, top, right, bottom], colour } => {
+                let (a, b) = (units((*left, *top)), units((*right, *bottom)));
+                backend.draw_rect(a, b, &rgb(*colour), true).map_err(failed)?;
+            }
+            Item::Circle { centre, radius, colour, filled } => {
+                let stroke_width = unit(1.5) as u32;
+                let style =
+                    ShapeStyle { color: rgb(*colour).into(), filled: *filled, stroke_width };
+                let (centre, radius) = (units(*centre), unit(*radius) as u32);
+                backend.draw_circle(centre, radius, &style, *filled).map_err(failed)?;
+            }
+            Item::Text { at, size_px, colour, anchor, upwards, text } => {
+                text_width("", *size_px)?;
+                let h_pos = match anchor {
+                    Anchor::Start => HPos::Left,
+                    Anchor::Middle => HPos::Center,
+                    Anchor::End => HPos::Right,
+                };
+                let size = size_px * SCALE * PLOTTERS_SIZE_PER_EM;
+                let mut font = (FONT, size).into_font();
+                if *upwards {
+                    font = font.transform(FontTransform::Rotate270);
+                }
+                let style =
+                    TextStyle::from(font).color(&rgb(*colour)).pos(Pos::new(h_pos, VPos::Center));
+                backend.draw_text(text, &style, units(*at)).map_err(failed)?;
+            }
+            Item::Picture { .. } => {}
+        }
+    }
+    backend.present().map_err(failed)
+}
+
+/// The canvas as SVG. `description` is put into its `desc` element.
+///
+/// # Errors
+/// Where the font is damaged or plotters refuses.
+pub fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
+    let size = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
+    let mut text = String::new();
+    draw(canvas, &mut SVGBackend::with_string(&mut text, size))?;
+    // The grid is finer than the page: the view box stays, the natural size is the page's.
+    let fine = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
+    let page = format!("width=\"{}\" height=\"{}\" viewBox", canvas.width_px, canvas.height_px);
+    let text = text.replacen(&fine, &page, 1);
+    let (Some(head), Some(end)) = (text.find('>'), text.rfind("</svg>")) else {
+        return Err(FigureError::Draw("plotters wrote no SVG element".to_owned()));
+    };
+    let mut pictures = String::new();
+    for item in &canvas.items {
+        let Item::Picture { at, width_px, rgb } = item else { continue };
+        let height_px = rgb.len() / 3 / width_px.max(&1);
+        let png = encode(rgb, *width_px as u32, height_px as u32, "")?;
+        let (x, y) = units(*at);
+        pictures += &format!(
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width_px}\" height=\"{height_px}\" \
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{}\"/>\n",
+            base64(&png)
+        );
+    }
+    let description = escape(description);
+    let (head, body) = (&text[..=head], &text[head + 1..end]);
+    Ok(format!("{head}\n<desc>{description}</desc>{body}{pictures}</svg>\n"))
+}
+
+/// The canvas as PNG with two pixels a unit. `description` is put into a text chunk.
+///
+/// # Errors
+/// Where the font is damaged or plotters or the encoder refuses.
+pub fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureError> {
+    let (width, height) = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
+    let mut pixels = vec![0; width as usize * height as usize * 3];
+    draw(canvas, &mut BitMapBackend::with_buffer(&mut pixels, (width, height)))?;
+    for item in &canvas.items {
+        let Item::Picture { at, width_px, rgb } = item else { continue };
+        let (x, y) = (unit(at.0) as usize, unit(at.1) as usize);
+        for (row, line) in rgb.chunks_exact(width_px * 3).enumerate() {
+            let start = ((y + row) * width as usize + x) * 3;
+            if let Some(place) = pixels.get_mut(start..start + line.len()) {
+                place.copy_from_slice(line);
+            }
+        }
+    }
+    encode(&pixels, width, height, description)
+}
+
+fn encode(rgb: &[u8], width: u32, height: u32, description: &str) -> Result<Vec<u8>, FigureError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
+    if !description.is_empty() {
+        let key = "Description".to_owned();
+        encoder.add_itxt_chunk(key, description.to_owned()).map_err(failed)?;
+    }
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(rgb).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |index: usize| u32::from(chunk.get(index).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for digit in 0..4 {
+            if digit <= chunk.len() {
+                text.push(char::from(DIGITS[(bits >> (18 - 6 * digit) & 63) as usize]));
+            } else {
+                text.push('=');
+            }
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::base64;
+
+    #[test]
+    fn base64_pads() {
+        // RFC 4648, section 10.
+        assert_eq!(base64(b""), "");
+        assert_eq!(base64(b"f"), "Zg==");
+        assert_eq!(base64(b"fo"), "Zm8=");
+        assert_eq!(base64(b"foobar"), "Zm9vYmFy");
+    }
+}

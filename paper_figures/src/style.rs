@@ -1,0 +1,92 @@
+//! One colour a sort and one shape a schedule, the same in every figure.
+//!
+//! Colours are Okabe and Ito's, which stay apart for colour-blind readers (Color Universal Design,
+//! 2008). A filled marker resolves in a fragment shader, a hollow one in a compute shader.
+
+use analysis::Technique;
+
+use crate::canvas::{Canvas, Colour};
+
+/// Text and axes.
+pub const INK: Colour = Colour(0x22, 0x22, 0x22);
+/// Secondary text.
+pub const MUTED: Colour = Colour(0x66, 0x66, 0x66);
+/// Grid lines.
+pub const GRID: Colour = Colour(0xe2, 0xe2, 0xe2);
+/// Behind a value that is marked: light green, as in the papers.
+pub const MARKED: Colour = Colour(0xc8, 0xea, 0xdd);
+
+const BLACK: Colour = Colour(0x00, 0x00, 0x00);
+const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
+const SKY_BLUE: Colour = Colour(0x56, 0xb4, 0xe9);
+const GREEN: Colour = Colour(0x00, 0x9e, 0x73);
+const YELLOW: Colour = Colour(0xf0, 0xe4, 0x42);
+const BLUE: Colour = Colour(0x00, 0x72, 0xb2);
+const VERMILLION: Colour = Colour(0xd5, 0x5e, 0x00);
+const PURPLE: Colour = Colour(0xcc, 0x79, 0xa7);
+const GREY: Colour = Colour(0x99, 0x99, 0x99);
+
+/// Colours for series that are no techniques, such as the views of a histogram.
+pub const SERIES: &[Colour] =
+    &[BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK, YELLOW, GREY];
+
+const SORTS: &[(&str, Colour)] = &[
+    ("insertion", VERMILLION),
+    ("merge", YELLOW),
+    ("insertion_merge", ORANGE),
+    ("rs", GREEN),
+    ("rbs", BLUE),
+    ("network", SKY_BLUE),
+    ("passthrough", GREY),
+];
+
+/// The colour of a sort: its own, purple for strategies joined by `+`, black for others.
+#[must_use]
+pub fn sort_colour(sort: &str) -> Colour {
+    let known = SORTS.iter().find(|(name, _)| *name == sort);
+    known.map_or(if sort.contains('+') { PURPLE } else { BLACK }, |(_, colour)| *colour)
+}
+
+/// A text colour readable on `background`.
+#[must_use]
+pub fn text_on(background: Colour) -> Colour {
+    let Colour(red, green, blue) = background;
+    // Rec. 601 luma.
+    let luma = 0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue);
+    if luma > 140.0 { INK } else { Colour(255, 255, 255) }
+}
+
+/// Draws the marker of a technique: colour by sort, shape by schedule, filled in the fragment
+/// stage.
+pub fn marker(canvas: &mut Canvas, technique: &Technique, at: (f64, f64), radius: f64) {
+    let colour = sort_colour(&technique.sort);
+    let filled = technique.shader_stage != "compute";
+    let corners: &[(f64, f64)] = match technique.schedule.as_str() {
+        "base" => return canvas.circle(at, radius, colour, filled),
+        "bma-stencil" => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+        "bma-list" => &[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)],
+        _ => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
+    };
+    let mut points: Vec<(f64, f64)> =
+        corners.iter().map(|(x, y)| (at.0 + x * radius, at.1 + y * radius)).collect();
+    if filled {
+        canvas.polygon(&points, colour);
+    } else {
+        points.push(points[0]);
+        points.push(points[1]);
+        canvas.line(&points, colour, 1.5);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_sorts_share_a_colour() {
+        for (index, (_, colour)) in SORTS.iter().enumerate() {
+            assert!(SORTS[index + 1..].iter().all(|(_, other)| other != colour));
+        }
+        assert_ne!(sort_colour("network+rbs"), sort_colour("new-sort"));
+    }
+}
