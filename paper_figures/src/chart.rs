@@ -1,5 +1,6 @@
 //! The kinds of chart. Each is data; drawing it adds shapes to a canvas.
 
+mod depth_lines;
 mod depth_map;
 mod error_scatter;
 mod histogram;
@@ -7,6 +8,7 @@ mod ratio_bars;
 mod stage_bars;
 mod table_image;
 
+pub use depth_lines::{DepthLine, DepthLines, DepthPanel};
 pub use depth_map::{DepthMap, DepthMaps};
 pub use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
 pub use histogram::{DepthHistogram, HistogramSeries};

@@ -8,6 +8,7 @@ mod rbs_figure_5;
 mod rbs_table_2;
 mod rbs_table_3;
 pub(crate) mod rbs_views;
+mod sort_depths;
 mod sort_intervals;
 mod stage_times;
 
@@ -43,6 +44,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_figure_5::RbsFigure5,
     &bma_figure_5::BmaFigure5,
     &pareto::Pareto,
+    &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,
     &stage_times::StageTimes,
 ];

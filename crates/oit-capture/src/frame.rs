@@ -27,7 +27,7 @@ pub struct Frame {
     /// Rows.
     pub height_px: u32,
     /// Fills the struct up to a multiple of 16 bytes.
-    pub unused: [u32; 2],
+    unused: [u32; 2],
 }
 
 impl Frame {

@@ -256,7 +256,7 @@ fn vertex_layout(
             return Err(format!("vertex attribute {attribute:?} is not inside the vertex"));
         }
     }
-    if layout.stride_bytes % 4 != 0 {
+    if !layout.stride_bytes.is_multiple_of(4) {
         return Err(format!("a vertex of {} bytes is no multiple of 4", layout.stride_bytes));
     }
     for &(location, float) in &vs.inputs {

@@ -126,10 +126,14 @@ impl Limits {
                 Ok(())
             }
             Work::Raster(raster) => {
-                if reflection.fs.as_ref().is_some_and(|fs| fs.writes) && !self.fragment_writes {
+                // A declaration is enough: a driver without the feature refuses it.
+                let mut writable = reflection
+                    .bindings_of(Kind::Raster)
+                    .filter(|binding| binding.access == Access::ReadWrite);
+                if writable.clone().any(|binding| binding.fragment) && !self.fragment_writes {
                     return Err("fragment shaders cannot write buffers".to_owned());
                 }
-                if reflection.vs.as_ref().is_some_and(|vs| vs.writes) && !self.vertex_writes {
+                if writable.any(|binding| binding.vertex) && !self.vertex_writes {
                     return Err("vertex shaders cannot write buffers".to_owned());
                 }
                 let count = raster.color.len() as u32;

@@ -85,8 +85,6 @@ pub struct Main {
 pub struct Vs {
     /// Each `@location` it reads, and whether the type there is made of floats, else of `u32`.
     pub inputs: Vec<(u32, bool)>,
-    /// Whether it writes a buffer.
-    pub writes: bool,
 }
 
 /// The fragment entry point.
@@ -131,7 +129,7 @@ impl Reflection {
     }
 
     /// The buffers that a pass of this kind binds.
-    pub(crate) fn bindings_of(&self, kind: Kind) -> impl Iterator<Item = &Binding> {
+    pub(crate) fn bindings_of(&self, kind: Kind) -> impl Iterator<Item = &Binding> + Clone {
         self.bindings.iter().filter(move |binding| match kind {
             Kind::Compute => binding.compute,
             Kind::Raster => binding.vertex || binding.fragment,
@@ -183,7 +181,7 @@ impl Reflection {
                         scalar.is_some_and(|scalar| scalar.kind == ScalarKind::Float)
                     };
                     let inputs = inputs.into_iter().map(|(at, ty)| (at, is_float(ty))).collect();
-                    self.vs = Some(Vs { inputs, writes });
+                    self.vs = Some(Vs { inputs });
                 }
                 (ShaderStage::Fragment, "fs") => {
                     let mut outputs = Vec::new();
@@ -355,7 +353,7 @@ mod tests {
         assert_eq!(stages(&seen.bindings[1]), (true, false, false));
         assert_eq!(stages(&seen.bindings[2]), (true, false, true));
         assert_eq!(seen.main, Some(Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128 }));
-        assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)], writes: false }));
+        assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)] }));
         let fs = Fs { outputs: vec![1], writes: false, early_depth_test: true };
         assert_eq!(seen.fs, Some(fs));
         assert_eq!(seen.groups(Kind::Compute), 2);

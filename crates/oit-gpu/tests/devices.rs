@@ -509,10 +509,10 @@ fn poisons_what_has_no_given_contents(device: &mut dyn Device) {
 }
 
 fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
-    let of = |bytes, passes| plan(vec![Buffer::new("common", bytes)], vec![], passes);
+    let of = |bytes, passes| plan(vec![Buffer::new("both", bytes)], vec![], passes);
     let write = "
-        @group(0) @binding(0) var<storage, read_write> common: array<u32>;
-        @compute @workgroup_size(1) fn main() { common[0] = 4711u; }";
+        @group(0) @binding(0) var<storage, read_write> both: array<u32>;
+        @compute @workgroup_size(1) fn main() { both[0] = 4711u; }";
     let write = of(64, vec![compute("write", write, [1, 1, 1])]);
     let same = device.prepare(&of(64, vec![])).expect("prepared");
     let other = device.prepare(&of(128, vec![])).expect("prepared");
@@ -520,8 +520,7 @@ fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
         device.poison(id).expect("poisoned");
     }
     ran(device, &write);
-    let first =
-        |device: &mut dyn Device, id| to_words(&device.read(id, "common").expect("read"))[0];
+    let first = |device: &mut dyn Device, id| to_words(&device.read(id, "both").expect("read"))[0];
     assert_eq!(first(device, same), 4711);
     assert_eq!(first(device, other), 0xCDCD_CDCD);
 }

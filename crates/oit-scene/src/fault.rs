@@ -93,17 +93,25 @@ impl Fault {
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fault> {
     toml::from_str(text).map_err(|error| {
         let message = error.message();
-        // serde reports unknown keys as "unknown field `x`, expected one of `a`, `b`".
         let problem =
-            if message.starts_with("unknown field `") || message.starts_with("unknown variant `") {
-                let mut words = message.split('`').skip(1).step_by(2);
-                let word = words.next().unwrap_or_default();
-                Problem::unknown("key", word, words)
-            } else {
-                Problem::Invalid(message.replace('\n', " "))
-            };
+            unknown_key(message).unwrap_or_else(|| Problem::Invalid(message.replace('\n', " ")));
         Fault::at(path, text, error.span().unwrap_or(0..0), problem)
     })
+}
+
+/// The word and the valid ones, out of the two forms in which serde and toml report unknown keys:
+/// "unknown field `x`, expected one of `a`, `b`" (or "unknown variant") and, for a key of an enum's
+/// variant, "unexpected keys in table: x, available keys: a, b".
+fn unknown_key(message: &str) -> Option<Problem> {
+    if let Some(lists) = message.strip_prefix("unexpected keys in table: ") {
+        let (unexpected, valid) = lists.split_once(", available keys: ")?;
+        return Some(Problem::unknown("key", unexpected.split(", ").next()?, valid.split(", ")));
+    }
+    if message.starts_with("unknown field `") || message.starts_with("unknown variant `") {
+        let mut words = message.split('`').skip(1).step_by(2);
+        return Some(Problem::unknown("key", words.next()?, words));
+    }
+    None
 }
 
 #[cfg(test)]

@@ -69,6 +69,11 @@ fn pure_functions_of_their_parameters() {
         assert!(first == generator.generate(&params).unwrap(), "{}", generator.name());
         assert_sound(generator.name(), &first);
         if generator.parameters().iter().any(|p| p.name == "seed") {
+            // A stack draws at random for one order only.
+            if generator.name() == "stack" {
+                params.set("order", &"random".into()).unwrap();
+            }
+            let first = generator.generate(&params).unwrap();
             params.set("seed", &2.into()).unwrap();
             assert!(first != generator.generate(&params).unwrap(), "{}", generator.name());
         }

@@ -149,9 +149,8 @@ fn strips_and_fans_become_triangles() {
         // Four indices 2 1 0 2, in a buffer of their own.
         let indices: Vec<u8> = [2u16, 1, 0, 2].iter().flat_map(|i| i.to_le_bytes()).collect();
         let encoded = base64::engine::general_purpose::STANDARD.encode(indices);
-        document["buffers"][1] = Value::Null;
-        document["buffers"].as_array_mut().unwrap()[1] =
-            json!({"byteLength": 8, "uri": format!("data:;base64,{encoded}")});
+        let buffer = json!({"byteLength": 8, "uri": format!("data:;base64,{encoded}")});
+        document["buffers"].as_array_mut().unwrap().push(buffer);
         document["bufferViews"][3] = json!({"buffer": 1, "byteLength": 8});
         document["accessors"][3]["count"] = json!(4);
         assert_eq!(read(&document).unwrap().indices, expected);
@@ -172,6 +171,9 @@ fn one_mesh_may_have_many_instances() {
 fn every_mistake_is_named() {
     let primitive = "/meshes/0/primitives/0";
     let at = |tail: &str| format!("{primitive}/{tail}");
+    // A finite transform that takes a corner beyond the floats.
+    let mut far = with("/nodes/0/scale", json!([1.5e38, 1.0, 1.0]));
+    far["nodes"][0]["translation"] = json!([3e38, 0.0, 0.0]);
     let mistakes = [
         // Nodes.
         (with("/nodes/1/children", json!([0])), "node 0: reached twice"),
@@ -179,7 +181,8 @@ fn every_mistake_is_named() {
         (with("/scenes/0/nodes", json!([0, 1])), "node 1: reached twice"),
         (with("/nodes/0/children", json!([7])), "file: "),
         (with("/nodes/0/scale", json!([1e30, 1e30, 1e30])), "accessor 1: element 0 is not finite"),
-        (with("/nodes/0/scale", json!([1e38, 1.0, 1.0])), "accessor 0: element 1 is not finite"),
+        (with("/nodes/0/scale", json!([3e38, 1.0, 1.0])), "node 1: its transform is not finite"),
+        (far, "accessor 0: element 1 is not finite where its node puts it"),
         (without("", "scenes"), "file: "),
         // Accessors.
         (with("/accessors/0/count", json!(4)), "accessor 0: 4 elements do not fit"),
@@ -212,7 +215,10 @@ fn every_mistake_is_named() {
             with("/bufferViews/0/byteOffset", json!(u64::MAX)),
             "accessor 0: buffer view 0 is outside",
         ),
-        (with("/bufferViews/0/byteLength", json!(1u64 << 40)), "accessor 0: buffer view 0 is outside"),
+        (
+            with("/bufferViews/0/byteLength", json!(1u64 << 40)),
+            "accessor 0: buffer view 0 is outside",
+        ),
         (with("/bufferViews/0/byteLength", json!(35)), "accessor 0: 3 elements do not fit"),
         (with("/buffers/0/byteLength", json!(93)), "buffer 0: 92 bytes, not 93"),
         (with("/buffers/0/byteLength", json!(u64::MAX)), "buffer 0: 92 bytes, not"),
@@ -368,7 +374,7 @@ proptest! {
         changes in prop::collection::vec(
             (any::<prop::sample::Index>(), prop::sample::select(vec![
                 0u64, 1, 2, 3, 4, 5, 7, 12, 35, 36, 37, 92, 93, 5121, 5123, 5125, 5126,
-                u32::MAX as u64, u64::MAX / 2, u64::MAX - 11, u64::MAX,
+                u64::from(u32::MAX), u64::MAX / 2, u64::MAX - 11, u64::MAX,
             ])),
             1..5,
         ),

@@ -42,8 +42,8 @@ fn binary(big: bool) -> Vec<u8> {
             $(bytes.extend(if big { $value.to_be_bytes().to_vec() } else { $value.to_le_bytes().to_vec() });)*
         };
     }
-    for [x, y] in [[0.0f32, 0.0f64], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-        put!(x, y, 0.0f32, 0.0f32, 0.0f32, -2.0f32, 255u8, 32_896u16, 0.2f32, 51u8);
+    for [x, y] in [[0.0f32, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+        put!(x, f64::from(y), 0.0f32, 0.0f32, 0.0f32, -2.0f32, 255u8, 32_896u16, 0.2f32, 51u8);
     }
     put!(7i32, 2u8, 1i16, 2i16);
     put!(9u8, 4u16, 0u32, 1u32, 2u32, 3u32);
@@ -120,8 +120,8 @@ fn every_mistake_is_named() {
             "vertex 18446744073709551615",
             "element `vertex`: 18446744073709551615 of them",
         ),
-        ("vertex 4", "vertex 5", "line 15, vertex 4: `1` is one value too many"),
-        ("vertex 4", "vertex 3", "line 14, face 0: a list length"),
+        ("vertex 4", "vertex 5", "line 15, vertex 4: `2` is one value too many"),
+        ("vertex 4", "vertex 3", "line 14, face 0: `1` is one value too many"),
         ("face 1", "face 2", "line 15, face 1: the file ends here"),
         ("face 1", "face 0", "line 14: more data than the header says"),
         ("1 1 0\n", "1 1\n", "line 13, vertex 2: too few values"),

@@ -40,7 +40,11 @@ pub const PATTERNS: &[Pattern] = &[
     //      . ' .
     //    '       '
     //  .           .
-    Pattern { name: "organ_pipe", depth: |i, n, _| i.min(n - 1 - i) as f32 / n as f32, colour: any },
+    Pattern {
+        name: "organ_pipe",
+        depth: |i, n, _| i.min(n - 1 - i) as f32 / n as f32,
+        colour: any,
+    },
     //
     //  . . . . . . .   unlike colours
     //

@@ -32,12 +32,10 @@ pub(super) struct SortQuestion<'a> {
     pub(super) sort: &'a str,
     /// The sort below it.
     pub(super) than: &'a str,
-    /// The schedule of both.
-    pub(super) schedule: &'a str,
     /// The shader stage of both.
     pub(super) shader_stage: &'a str,
-    /// The scene.
-    pub(super) scene: &'a str,
+    /// The scenes, by name without parameters.
+    pub(super) scenes: &'a [String],
     /// Peak depths of the views asked for.
     pub(super) depths: std::ops::RangeInclusive<u64>,
 }
@@ -46,14 +44,22 @@ pub(super) struct SortQuestion<'a> {
 pub(super) struct Measured<'a> {
     tables: &'a Tables,
     device: &'a str,
+    /// The groups that speak for the techniques of the rule, all of them together, so that no two
+    /// runs are put side by side.
+    groups: Vec<Group<'a>>,
 }
 
 impl<'a> Measured<'a> {
-    pub(super) fn new(tables: &'a Tables, device: &'a str) -> Self {
-        Self { tables, device }
+    /// What a device's records hold of some techniques.
+    pub(super) fn new(tables: &'a Tables, device: &'a str, techniques: &[&str]) -> Self {
+        let coordinates: Vec<String> =
+            techniques.iter().flat_map(|technique| coordinates(technique)).collect();
+        let mut measured = Self { tables, device, groups: Vec::new() };
+        measured.groups = measured.groups(|cell| coordinates.contains(&cell.name.technique));
+        measured
     }
 
-    /// The groups of this device that hold any of some techniques.
+    /// The groups of this device that hold any of some cells.
     fn groups(&self, wanted: impl Fn(&CellResult) -> bool) -> Vec<Group<'a>> {
         let mut groups = groups(self.tables, wanted);
         groups.retain(|group| group.run.device() == self.device);
@@ -61,9 +67,7 @@ impl<'a> Measured<'a> {
     }
 
     fn cell(&self, technique: &str, (scene, view): &View) -> Result<&'a CellResult, String> {
-        let coordinates = coordinates(technique);
-        let groups = self.groups(|cell| coordinates.contains(&cell.name.technique));
-        let group = view_of(&groups, scene, view);
+        let group = view_of(&self.groups, scene, view);
         let cell = group.and_then(|group| find(&group.cells, technique));
         let cell = cell.filter(|cell| !cell.times.is_empty());
         cell.ok_or_else(|| format!("no charted {technique} on {scene}, {view}"))
@@ -83,12 +87,9 @@ impl Evidence for Measured<'_> {
     }
 
     fn views(&self, scene: &str) -> Vec<String> {
-        let cells = self.tables.results.iter();
-        let mut views: Vec<String> = cells
-            .filter(|cell| self.tables.runs[cell.run].device() == self.device)
-            .filter(|cell| analysis::scene_name(&cell.name.scene) == scene)
-            .map(|cell| cell.name.view.clone())
-            .collect();
+        let of_scene =
+            self.groups.iter().filter(|group| analysis::scene_name(group.scene) == scene);
+        let mut views: Vec<String> = of_scene.map(|group| group.view.to_owned()).collect();
         views.sort();
         views.dedup();
         views
@@ -97,9 +98,8 @@ impl Evidence for Measured<'_> {
     fn sorts(&self, ask: &SortQuestion) -> Result<Vec<Ratio>, String> {
         let of_family = |cell: &CellResult| {
             let technique = &cell.technique;
-            analysis::scene_name(&cell.name.scene) == ask.scene
-                && (technique.schedule == ask.schedule
-                    && technique.shader_stage == ask.shader_stage)
+            ask.scenes.iter().any(|scene| scene == analysis::scene_name(&cell.name.scene))
+                && technique.shader_stage == ask.shader_stage
                 && (technique.max == "peak" && technique.pool_percent == "100")
                 && [ask.sort, ask.than].contains(&technique.sort.as_str())
         };
@@ -117,6 +117,7 @@ impl Evidence for Measured<'_> {
                 let same = |other: &&&CellResult| {
                     other.technique.sort == ask.than
                         && other.technique.capture == own.technique.capture
+                        && other.technique.schedule == own.technique.schedule
                         && other.technique.ties == own.technique.ties
                 };
                 for other in cells().filter(same) {

@@ -120,18 +120,17 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
-    /// One sort is slower than another on no view of a scene whose peak depth is within a range.
+    /// One sort is slower than another, all else equal, on no view of some scenes whose peak depth
+    /// is within a range.
     NeverSlower {
         /// The sort.
         sort: String,
         /// The other.
         than: String,
-        /// The schedule of both.
-        schedule: String,
         /// The shader stage of both.
         shader_stage: String,
-        /// The scene.
-        scene: String,
+        /// The scenes.
+        scenes: Vec<String>,
         /// The least peak depth.
         from_depth: u64,
         /// The greatest.
@@ -210,6 +209,21 @@ fn fastest_ms(
 }
 
 impl Rule {
+    /// The techniques whose own times it asks for.
+    pub(super) fn techniques(&self) -> Vec<&str> {
+        let named: Vec<&String> = match self {
+            Self::Speedup { technique, over, .. } => over.iter().chain([technique]).collect(),
+            Self::Fastest { technique, among, .. } => among.iter().chain([technique]).collect(),
+            Self::Share { technique, .. } | Self::ViewRatio { technique, .. } => vec![technique],
+            Self::Synergy { whole, parts, baseline, .. } => {
+                parts.iter().chain([whole, baseline]).collect()
+            }
+            Self::Memory { technique, over, .. } => vec![technique, over],
+            Self::NeverSlower { .. } => Vec::new(),
+        };
+        named.into_iter().map(String::as_str).collect()
+    }
+
     /// What the rule computes from evidence; the reason where the evidence lacks something.
     pub(super) fn finding(&self, evidence: &dyn Evidence) -> Result<Finding, String> {
         let time =
@@ -263,22 +277,15 @@ impl Rule {
                 })?;
                 (Combine::Mean.of(&figures), *bounds, detail)
             }
-            Self::NeverSlower {
-                sort,
-                than,
-                schedule,
-                shader_stage,
-                scene,
-                from_depth,
-                to_depth,
-            } => {
+            Self::NeverSlower { sort, than, shader_stage, scenes, from_depth, to_depth } => {
                 let depths = *from_depth..=*to_depth;
-                let ask = SortQuestion { sort, than, schedule, shader_stage, scene, depths };
+                let ask = SortQuestion { sort, than, shader_stage, scenes, depths };
                 let ratios = evidence.sorts(&ask)?;
                 let worst = ratios.iter().map(|ratio| ratio.ratio).fold(f64::NAN, f64::max);
                 if worst.is_nan() {
                     return Err(format!(
-                        "no {scene} of {from_depth} to {to_depth} fragments with {sort} and {than}"
+                        "no view of {} of {from_depth} to {to_depth} fragments with {sort} and {than}",
+                        scenes.join(" or ")
                     ));
                 }
                 let slower = ratios.iter().filter(|r| r.verdict == Comparison::Slower).count();

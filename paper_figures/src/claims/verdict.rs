@@ -72,9 +72,9 @@ pub fn verdicts(tables: &Tables) -> Result<Vec<Verdict>, FigureError> {
     let (claims, paper) = (all()?, Paper::read()?);
     let mut verdicts = Vec::new();
     for device in devices {
-        let measured = Measured::new(tables, &device);
         for file in &claims {
             for claim in &file.claims {
+                let measured = Measured::new(tables, &device, &claim.rule.techniques());
                 verdicts.push(Verdict {
                     device: device.clone(),
                     paper: file.paper.clone(),

@@ -9,6 +9,7 @@ use crate::axis::three_digits;
 use crate::chart::TableImage;
 use crate::output::{Csv, Output, Table, Value};
 use crate::published::{self, Published};
+use crate::technique_names::label;
 
 /// Table 2 of the register-based block sort paper.
 pub(super) struct RbsTable2;
@@ -89,7 +90,7 @@ fn block(device: &Device, published: &Published) -> Table {
         .map(|column| numbers.iter().filter_map(|row| row[column]).fold(f64::INFINITY, f64::min))
         .collect();
     let rows = techniques.iter().zip(&numbers).map(|(technique, numbers)| {
-        let mut row = vec![Value::from(*technique)];
+        let mut row = vec![Value::from(label(technique))];
         for (number, fastest) in numbers.iter().zip(&fastest) {
             row.push(match number {
                 Some(ms) => {

@@ -9,7 +9,7 @@ use crate::FigureError;
 use crate::chart::TableImage;
 use crate::output::{Csv, Output, Table, Value};
 use crate::published::{self, Published};
-use crate::technique_names::ALIASES;
+use crate::technique_names::{ALIASES, label};
 
 /// Table 3 of the register-based block sort paper.
 pub(super) struct RbsTable3;
@@ -150,7 +150,7 @@ fn block(device: &Device, published: &Published, csv: &mut Csv) -> Table {
         .map(|column| racing().filter_map(|(_, row)| row[column]).fold(0.0, f64::max))
         .collect();
     let rows = techniques.iter().zip(&numbers).map(|(technique, numbers)| {
-        let mut row = vec![Value::from(*technique)];
+        let mut row = vec![Value::from(label(technique))];
         for (number, highest) in numbers.iter().zip(&highest) {
             row.push(match number {
                 Some(speedup) => Value {

@@ -8,7 +8,7 @@ use oit_record::Verdict;
 
 use crate::data::{self, Group, by_device, groups, view_of};
 use crate::output::Stamp;
-use crate::technique_names::{ALIASES, coordinates, find};
+use crate::technique_names::{ALIASES, find};
 
 /// The paper's name of a view, and the scene and view here.
 pub(crate) const VIEWS: [(&str, &str, &str); 4] = [
@@ -28,33 +28,20 @@ pub(super) struct Device<'a> {
     /// Resolution and profile.
     pub(super) conditions: String,
     views: BTreeMap<&'static str, Group<'a>>,
-    /// Coordinates that are measured and no paper has: compute stage or networks, most general
-    /// array, linked lists as in the paper.
+    /// The other coordinates measured with exact pictures: compute stage, networks, total order.
     pub(super) others: Vec<String>,
 }
 
-fn is_alias(cell: &CellResult) -> bool {
-    let technique = &cell.name.technique;
-    ALIASES.iter().any(|(alias, _)| coordinates(alias).contains(technique))
-}
-
-fn is_other(cell: &CellResult) -> bool {
-    let technique = &cell.technique;
-    technique.capture == "linked_list"
-        && technique.max == "peak"
-        && technique.pool_percent == "100"
-        && (technique.shader_stage == "compute" || technique.sort.contains("network"))
-}
-
-fn is_exact(cell: &CellResult) -> bool {
-    cell.verification.as_ref().is_some_and(|v| v.verdict == Verdict::Exact)
-}
-
+/// Exact, of linked lists as in the paper, with arrays that hold the peak.
 fn wanted(cell: &CellResult) -> bool {
     let view = |(_, scene, view): &(&str, &str, &str)| {
         scene_name(&cell.name.scene) == *scene && cell.name.view == *view
     };
-    VIEWS.iter().any(view) && is_exact(cell) && (is_alias(cell) || is_other(cell))
+    let technique = &cell.technique;
+    VIEWS.iter().any(view)
+        && cell.verification.as_ref().is_some_and(|v| v.verdict == Verdict::Exact)
+        && (technique.capture == "linked_list" && technique.max == "peak")
+        && technique.pool_percent == "100"
 }
 
 /// Every device that has one of the views.
@@ -74,11 +61,14 @@ pub(super) fn devices(tables: &Tables) -> Vec<Device<'_>> {
                 format!("{} × {} px, {profile} profile", group.width_px, group.height_px)
             })
             .collect();
-        let cells = || views.values().flat_map(|group| &group.cells);
-        let others = cells()
-            .filter(|cell| is_other(cell) && is_exact(cell) && !is_alias(cell))
-            .map(|cell| cell.name.technique.clone())
-            .collect::<BTreeSet<String>>();
+        let mut others = BTreeSet::new();
+        for group in views.values() {
+            let named = ALIASES.iter().filter_map(|(alias, _)| find(&group.cells, alias));
+            let named: Vec<&str> = named.map(|cell| cell.name.technique.as_str()).collect();
+            let rest = group.cells.iter().filter(|cell| wanted(cell));
+            let rest = rest.map(|cell| cell.name.technique.as_str());
+            others.extend(rest.filter(|technique| !named.contains(technique)).map(str::to_owned));
+        }
         let conditions = conditions.into_iter().collect::<Vec<_>>().join("; ");
         devices.push(Device { name, conditions, views, others: others.into_iter().collect() });
     }

@@ -47,7 +47,8 @@ impl Capture for Linearized {
     }
 
     fn build(&self, request: &CaptureRequest) -> CapturePasses {
-        let pixels = request.width_px * request.height_px;
+        // No device has buffers for a picture that does not fit.
+        let pixels = request.width_px.saturating_mul(request.height_px);
         let (sums, scan) = exclusive_scan("scan", "offsets", pixels, "total");
         let mut buffers = request.geometry.buffers();
         buffers.extend([

@@ -217,10 +217,14 @@ impl Pipeline {
                 .bindings_of(kind)
                 .filter(|binding| binding.group == group)
                 .map(|binding| {
+                    let used = |used, stage| {
+                        if used { stage } else { vk::ShaderStageFlags::empty() }
+                    };
                     let stages = match kind {
                         Kind::Compute => vk::ShaderStageFlags::COMPUTE,
                         Kind::Raster => {
-                            vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
+                            used(binding.vertex, vk::ShaderStageFlags::VERTEX)
+                                | used(binding.fragment, vk::ShaderStageFlags::FRAGMENT)
                         }
                     };
                     vk::DescriptorSetLayoutBinding::default()

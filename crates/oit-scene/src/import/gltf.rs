@@ -7,6 +7,7 @@ use base64::Engine;
 use glam::{Mat3, Mat4, Vec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::Source;
+use gltf::json::validation::Checked;
 use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Gltf, Primitive, Semantic};
 
@@ -23,19 +24,40 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Mesh, ImportError> {
             return Err(ImportError::invalid("GLB header", "truncated or of no length"));
         }
     }
-    let Gltf { document, blob } =
-        Gltf::from_slice(bytes).map_err(|error| ImportError::invalid("file", error.to_string()))?;
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(file_error)?;
+    let document = validate(document)?;
     let buffers = read_buffers(&document, blob, folder)?;
 
     let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
         return Err(ImportError::invalid("file", "no scene"));
     };
+    let instances = instances(&document, scene)?;
     let mut mesh = Mesh::default();
+    for Instance { what, primitive, transform } in &instances {
+        push_primitive(&mut mesh, what, primitive, &buffers, *transform)?;
+    }
+    Ok(mesh)
+}
+
+/// One primitive of one node.
+struct Instance<'a> {
+    what: String,
+    primitive: Primitive<'a>,
+    transform: Mat4,
+}
+
+/// The primitives to draw, in the order of the file. A small file can name a large mesh many times,
+/// so their sum is checked here, before any of them is made.
+fn instances<'a>(
+    document: &'a Document,
+    scene: gltf::Scene<'a>,
+) -> Result<Vec<Instance<'a>>, ImportError> {
+    let mut instances = Vec::new();
+    let mut total = 0;
     let mut seen = vec![false; document.nodes().len()];
-    // Last in, first out, with children in reverse: nodes are visited in the order of the file.
-    let mut roots: Vec<_> = scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
-    roots.reverse();
-    let mut pending = roots;
+    // Last in, first out, with children in reverse.
+    let mut pending: Vec<_> = scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
+    pending.reverse();
     while let Some((node, parent)) = pending.pop() {
         let place = format!("node {}", node.index());
         if std::mem::replace(&mut seen[node.index()], true) {
@@ -46,17 +68,53 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Mesh, ImportError> {
         if !transform.is_finite() {
             return Err(ImportError::invalid(place, "its transform is not finite"));
         }
-        if let Some(instance) = node.mesh() {
-            for primitive in instance.primitives() {
-                let what = format!("mesh {} primitive {}", instance.index(), primitive.index());
-                push_primitive(&mut mesh, &what, &primitive, &buffers, transform)?;
+        if let Some(drawn) = node.mesh() {
+            for primitive in drawn.primitives() {
+                let what = format!("mesh {} primitive {}", drawn.index(), primitive.index());
+                total += most_corners(&primitive);
+                if total > 3 * MAX_TRIANGLES {
+                    return Err(ImportError::TooManyTriangles { what: format!("{place}, {what}") });
+                }
+                instances.push(Instance { what, primitive, transform });
             }
         }
         let first_child = pending.len();
         pending.extend(node.children().map(|child| (child, transform)));
         pending[first_child..].reverse();
     }
-    Ok(mesh)
+    Ok(instances)
+}
+
+/// No fewer than the vertices and the corners that a primitive brings. A count that is too large by
+/// itself is left for `check` to name.
+fn most_corners(primitive: &Primitive<'_>) -> u64 {
+    let count = |accessor: Option<Accessor<'_>>| {
+        accessor.map(|accessor| (accessor.count() as u64).min(3 * MAX_TRIANGLES))
+    };
+    let vertices = count(primitive.get(&Semantic::Positions)).unwrap_or(0);
+    let given = count(primitive.indices()).unwrap_or(vertices);
+    // Each corner of a strip or fan but two makes a triangle.
+    let corners = if primitive.mode() == Mode::Triangles { given } else { 3 * given };
+    vertices.max(corners)
+}
+
+/// The crate's own validation of indices, after the one check whose lack makes it panic.
+fn validate(document: Document) -> Result<Document, ImportError> {
+    let json = document.into_json();
+    for (m, mesh) in json.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+            if position.is_some_and(|index| index.value() >= json.accessors.len()) {
+                let place = format!("mesh {m} primitive {p}");
+                return Err(ImportError::invalid(place, "POSITION names no accessor"));
+            }
+        }
+    }
+    Document::from_json(json).map_err(file_error)
+}
+
+fn file_error(error: gltf::Error) -> ImportError {
+    ImportError::invalid("file", error.to_string())
 }
 
 fn read_buffers(

@@ -54,9 +54,9 @@ impl SortStrategy for Network {
         let comparators = comparators(spec.max_frags as usize);
         match spec.ties {
             Ties::Total => run(comparators, fragments, |a, b| (a.min(b), a.max(b))),
-            Ties::Depth => run(comparators, fragments, |a, b| {
-                if a >> 32 > b >> 32 { (b, a) } else { (a, b) }
-            }),
+            Ties::Depth => {
+                run(comparators, fragments, |a, b| if a >> 32 > b >> 32 { (b, a) } else { (a, b) })
+            }
         }
     }
 }
@@ -178,7 +178,8 @@ mod tests {
         let below = Fragment { rgba: 7, depth_key: u32::MAX };
         for ties in Ties::ALL {
             let spec = SortSpec { min_frags: 1, max_frags: 8, ties, store: Store::Registers };
-            let mut fragments = [greatest, below, greatest, Fragment::new(0.5, [1, 2, 3, 4]), below];
+            let mut fragments =
+                [greatest, below, greatest, Fragment::new(0.5, [1, 2, 3, 4]), below];
             let mut expected = fragments.to_vec();
             Network.sort(&spec, &mut fragments, &mut Vec::new());
             expected.sort_by_key(|f| f.key());

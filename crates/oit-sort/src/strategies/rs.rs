@@ -6,6 +6,11 @@ use oit_fragments::{Fragment, Ties};
 /// Reads fragments into registers by nested conditionals (Listing 3) and sorts them by an insertion
 /// sort of swaps whose two loops are unrolled, so that no register is indexed at run time; each
 /// insertion stops when the fragment is in place (Listing 5).
+///
+/// The kernel looks whether it is in place after every fourth swap, not after each; the swaps
+/// between are selects, which leave what is in order as it is. A branch after each of the 496 swaps
+/// takes software Vulkan (Mesa 22.3.6) ten times as long to compile, and the papers' own code
+/// (pknowles/oit) also stops only at every few swaps where registers are many.
 pub(crate) struct Rs;
 
 /// Registers of fragments: the papers' `MAX_REGISTERS`.

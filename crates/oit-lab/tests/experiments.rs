@@ -1,0 +1,104 @@
+//! Experiment files: what they expand to, and what is said of a mistake in one.
+
+use std::path::Path;
+
+use oit_lab::{Experiment, ProfileName, list_experiments};
+
+const HEAD: &str = r#"about = "a test"
+source = "a test"
+[profile.quick]
+resolution = [64, 32]
+samples = 2
+warmup_ms = 0
+timeout_s = 9
+[profile.full]
+resolution = [1920, 1080]
+samples = 20
+warmup_ms = 500
+timeout_s = 9
+"#;
+
+fn scenes() -> Vec<oit_scene::SceneEntry> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+    oit_scene::list(Path::new(folder)).expect("the scenes of this repository")
+}
+
+fn cells(sweeps: &str) -> Result<Vec<String>, String> {
+    let text = format!("{HEAD}{sweeps}");
+    let experiment = Experiment::parse(Path::new("x.toml"), text).map_err(|e| e.to_string())?;
+    let cells = experiment.cells(ProfileName::Quick, &scenes()).map_err(|e| e.to_string())?;
+    Ok(cells.iter().map(|c| format!("{} {}", c.cell.technique, c.cell.group())).collect())
+}
+
+#[test]
+fn axes_multiply_and_repeated_cells_are_one() {
+    let cells = cells(
+        r#"
+[[sweep]]
+techniques = ["BASE-IS"]
+sorts = ["insertion", "rbs"]
+stages = ["compute"]
+max_frags = ["peak", 8]
+views = ["planes:front", "stack"]
+[[sweep]]
+sorts = ["insertion"]
+stages = ["compute"]
+views = ["planes:front"]
+scene = { alpha = 0.25 }
+[[sweep]]
+sorts = ["insertion"]
+stages = ["compute"]
+views = ["planes:front"]
+"#,
+    )
+    .expect("a good experiment");
+    let expected = [
+        "linked_list/base/insertion/fragment/peak/ties-depth planes:front@64x32",
+        "linked_list/base/insertion/compute/peak planes:front@64x32",
+        "linked_list/base/insertion/compute/max8 planes:front@64x32",
+        "linked_list/base/rbs/compute/peak planes:front@64x32",
+        "linked_list/base/rbs/compute/max8 planes:front@64x32",
+    ];
+    assert_eq!(cells[..5], expected);
+    assert_eq!(cells.len(), 16);
+    assert_eq!(cells[15], "linked_list/base/insertion/compute/peak planes{alpha=0.25}:front@64x32");
+}
+
+#[test]
+fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
+    let error = |sweep: &str| cells(sweep).expect_err("a mistake");
+    let cases = [
+        ("[[sweep]]\nsorts = [\"insertoin\"]\nviews = [\"planes\"]\n", "x.toml:14", "insertion"),
+        ("[[sweep]]\nsorts = [\"rs\"]\nviews = [\"plains:front\"]\n", "x.toml:15", "planes"),
+        ("[[sweep]]\nsorts = [\"rs\"]\nviews = [\"planes:frnt\"]\n", "x.toml:15", "front"),
+        ("[[sweep]]\nsort = [\"rs\"]\nviews = [\"planes\"]\n", "x.toml:14", "sorts"),
+        ("[[sweep]]\nsorts = [\"rs\"]\nmax_frags = [\"pick\"]\nviews = []\n", "x.toml:15", "peak"),
+        ("[[sweep]]\nsorts = [\"rs\"]\nstages = [\"vertex\"]\nviews = []\n", "x.toml:15", "compute"),
+        ("[[sweep]]\ntechniques = [\"BMA-RBS\"]\nviews = []\n", "x.toml:14", "BMA-RBS"),
+        ("[[sweep]]\nstages = [\"compute\"]\nviews = []\n", "x.toml:14", "sorts"),
+    ];
+    for (sweep, line, word) in cases {
+        let text = error(sweep);
+        assert!(text.contains(line) && text.contains(word), "{sweep}\n{text}");
+    }
+    // A scene parameter of a profile must belong to a scene there is.
+    let text = HEAD.replace("[profile.full]", "scene.plains = { alpha = 1.0 }\n[profile.full]");
+    let experiment = Experiment::parse(Path::new("x.toml"), text + "[[sweep]]\nviews = []\n");
+    let error = experiment.expect("well formed").cells(ProfileName::Quick, &scenes());
+    let error = error.expect_err("no such scene").to_string();
+    assert!(error.contains("x.toml:8") && error.contains("planes"), "{error}");
+}
+
+#[test]
+fn every_experiment_of_the_repository_expands_in_both_profiles() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments");
+    let experiments = list_experiments(Path::new(folder)).expect("they load");
+    assert!(!experiments.is_empty());
+    for experiment in experiments {
+        for profile in [ProfileName::Quick, ProfileName::Full] {
+            let cells = experiment.cells(profile, &scenes());
+            let cells = cells.unwrap_or_else(|error| panic!("{}: {error}", experiment.name));
+            assert!(!cells.is_empty(), "{}", experiment.name);
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Every sort strategy's kernel against its CPU twin, on every GPU there is: both tie rules, every
+//! count from 0 to 257 and about each interval's edge, every pattern, pixels deeper than the array.
+
+mod support;
+
+use std::sync::Arc;
+
+use oit_bma::{Interval, Intervals};
+use oit_fragments::{Fragment, Ties};
+use oit_gpu::{Buffer, Device, Dispatch, Pass, Plan, Shader};
+use oit_sort::{
+    End, Entry, Layout, Output, Program, STRATEGIES, Scratch, SortSpec, SortStrategy, patterns,
+    sorted, workgroups,
+};
+
+/// Fragments given as they are: what a strategy reads in a test.
+const LAYOUT: &str = "
+@group(0) @binding(0) var<storage, read> given_offsets: array<u32>;
+@group(0) @binding(1) var<storage, read> given: array<vec2<u32>>;
+var<private> lfb_first: u32;
+var<private> lfb_place: u32;
+var<private> lfb_end: u32;
+fn lfb_begin(pixel: u32) {
+    lfb_first = given_offsets[pixel];
+    lfb_place = lfb_first;
+    lfb_end = given_offsets[pixel + 1u];
+}
+fn lfb_more() -> bool { return lfb_place < lfb_end; }
+fn lfb_next() -> vec2<u32> { let f = given[lfb_place]; lfb_place += 1u; return f; }
+fn lfb_len() -> u32 { return lfb_end - lfb_first; }
+fn lfb_at(i: u32) -> vec2<u32> { return given[lfb_first + i]; }
+";
+
+/// Pixels for one interval: every count of it in every pattern, and pixels that are too deep.
+fn pixels(interval: Interval, base: bool) -> Vec<Vec<Fragment>> {
+    let counts: Vec<u32> = if interval.high <= 256 {
+        let low = if base { 0 } else { interval.low };
+        (low..=interval.high).chain([interval.high + 1, interval.high + 9]).collect()
+    } else {
+        vec![interval.low, interval.high - 1, interval.high, interval.high + 1]
+    };
+    let mut pixels = Vec::new();
+    for count in counts {
+        for pattern in patterns::PATTERNS {
+            pixels.push(pattern.fragments(count as usize, u64::from(count)));
+        }
+    }
+    pixels
+}
+
+fn emitted(
+    device: &mut dyn Device,
+    strategy: &dyn SortStrategy,
+    spec: SortSpec,
+    random_access: bool,
+    pixels: &[Vec<Fragment>],
+) -> Vec<Vec<Fragment>> {
+    let mut offsets = vec![0u32];
+    for pixel in pixels {
+        offsets.push(offsets[offsets.len() - 1] + pixel.len() as u32);
+    }
+    let all: Vec<Fragment> = pixels.iter().flatten().copied().collect();
+    let bytes = |data: &[u8]| Arc::<[u8]>::from(data);
+    let program = Program {
+        layout: Layout { name: "given", wgsl: LAYOUT, random_access },
+        strategy,
+        spec,
+        entry: Entry::Pixels,
+        output: Output::Emit,
+        width_px: pixels.len() as u32,
+        height_px: 1,
+    };
+    let shader = Shader::new(strategy.name(), program.wgsl().expect("it assembles"));
+    let groups = Dispatch::Workgroups(workgroups(pixels.len() as u64));
+    let plan = Plan {
+        name: format!("{} {spec:?}", strategy.name()),
+        buffers: vec![
+            Buffer::data("given_offsets", bytes(bytemuck::cast_slice(&offsets))),
+            Buffer::data("given", bytes(bytemuck::cast_slice(&all))),
+            Buffer::data("emit_offsets", bytes(bytemuck::cast_slice(&offsets))),
+            Buffer::new("emitted", 8 * all.len() as u64),
+        ],
+        targets: Vec::new(),
+        passes: vec![Pass::compute("resolve", shader, groups)],
+    };
+    let id = device.prepare(&plan).expect("it is prepared");
+    device.poison(id).expect("it is poisoned");
+    device.run(id).expect("it runs");
+    let out: Vec<Fragment> =
+        bytemuck::pod_collect_to_vec(&device.read(id, "emitted").expect("it is read"));
+    let range = |pair: &[u32]| out[pair[0] as usize..pair[1] as usize].to_vec();
+    offsets.windows(2).map(range).collect()
+}
+
+/// What the kernel should have emitted, nearest first.
+fn check(
+    strategy: &dyn SortStrategy,
+    spec: SortSpec,
+    given: &[Fragment],
+    mut found: Vec<Fragment>,
+    scratch: &mut Scratch,
+) -> Result<(), String> {
+    let expected = sorted(strategy, &spec, given, scratch);
+    found.truncate(expected.len());
+    if strategy.blends_from() == End::Back {
+        found.reverse();
+    }
+    let right = match spec.ties {
+        Ties::Total => found == expected,
+        // Fragments of equal depth may come in any order.
+        Ties::Depth => {
+            let keys = |list: &[Fragment]| {
+                let mut keys: Vec<u64> = list.iter().map(|f| f.key()).collect();
+                if strategy.sorts() {
+                    keys.sort_unstable();
+                }
+                keys
+            };
+            let ordered = found.is_sorted_by_key(|f| f.depth_key) || !strategy.sorts();
+            ordered && keys(&found) == keys(expected)
+        }
+    };
+    if right { Ok(()) } else { Err(format!("{given:?}\ngave {found:?}\nnot  {expected:?}")) }
+}
+
+fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy) {
+    let mut scratch = Scratch::default();
+    for interval in Intervals::powers_of_two(512).iter() {
+        if strategy.limit().is_some_and(|limit| interval.high > limit) {
+            continue;
+        }
+        for ties in Ties::ALL {
+            // Deep programs are slow to compile on software devices: one form of each is enough.
+            let forms = if interval.high <= 32 { 2 } else { 1 };
+            for form in 0..forms {
+                let base = form == 1;
+                let random_access = !base;
+                let min_frags = if base { 0 } else { interval.low };
+                let (max_frags, store) = (interval.high, strategy.stores()[0]);
+                let spec = SortSpec { min_frags, max_frags, ties, store };
+                let pixels = pixels(interval, base);
+                let found = emitted(device, strategy, spec, random_access, &pixels);
+                for (given, found) in pixels.iter().zip(found) {
+                    if let Err(text) = check(strategy, spec, given, found, &mut scratch) {
+                        panic!("{} {spec:?}, {} fragments: {text}", strategy.name(), given.len());
+                    }
+                }
+            }
+            device.reset();
+        }
+    }
+}
+
+#[test]
+fn every_kernel_sorts_as_its_twin() {
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
+        for strategy in STRATEGIES {
+            conforms(&mut *device, *strategy);
+            println!("{id}: {} conforms", strategy.name());
+        }
+    }
+}

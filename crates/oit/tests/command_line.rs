@@ -1,0 +1,178 @@
+//! The program as a person runs it, on the CPU backend.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use oit_record::{Event, Record, Verdict};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+fn oit(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_oit"))
+        .args(arguments)
+        .current_dir(ROOT)
+        .output()
+        .expect("the program starts")
+}
+
+fn text(output: &Output) -> String {
+    let text = [output.stdout.as_slice(), output.stderr.as_slice()].concat();
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+const EXPERIMENT: &str = r#"about = "a test"
+source = "a test"
+seed = 1
+[profile.quick]
+resolution = [96, 54]
+samples = 6
+warmup_ms = 5
+timeout_s = 60
+[profile.full]
+resolution = [96, 54]
+samples = 40
+warmup_ms = 5
+timeout_s = 60
+[[sweep]]
+captures = ["all"]
+schedules = ["all"]
+sorts = ["all"]
+stages = ["all"]
+max_frags = ["peak", 8]
+views = ["planes:front"]
+"#;
+
+fn write_experiment(folder: &Path) -> String {
+    let path = folder.join("test.toml");
+    std::fs::write(&path, EXPERIMENT).expect("written");
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn a_sweep_verifies_times_and_records_every_cell() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, out) = (write_experiment(folder.path()), folder.path().join("run"));
+    let output = oit(&["sweep", &file, "--device", "cpu", "--out", &out.to_string_lossy()]);
+    assert!(output.status.success(), "{}", text(&output));
+    let record = Record::read(&out).expect("a good record");
+    assert!(record.finished());
+    for (index, cell) in record.run.cells.iter().enumerate() {
+        let of_cell = |event: &&Event| event.cell() == Some(index);
+        let events: Vec<&Event> = record.events.iter().filter(of_cell).collect();
+        match events[0] {
+            // The CPU has no fragment stage, and rs and network do not hold 128 fragments.
+            Event::Skipped { reason, .. } => {
+                let expected = cell.technique.contains("/fragment/") || reason.contains("holds");
+                assert!(expected && events.len() == 1, "{}: {reason}", cell.technique);
+            }
+            Event::Verified { result, .. } => {
+                let approximate = cell.technique.contains("max8")
+                    || cell.technique.contains("passthrough");
+                let verdict = if approximate { Verdict::Approximate } else { Verdict::Exact };
+                assert_eq!(result.verdict, verdict, "{}: {:?}", cell.technique, result.note);
+                assert_eq!(events.len(), 1 + 6, "{}", cell.technique);
+            }
+            other => panic!("{}: {other:?}", cell.technique),
+        }
+    }
+    let again = oit(&["sweep", &file, "--device", "cpu", "--out", &out.to_string_lossy()]);
+    assert!(!again.status.success() && text(&again).contains("--resume"), "{}", text(&again));
+}
+
+#[test]
+fn a_sweep_that_is_killed_resumes_with_nothing_lost_and_nothing_twice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, out) = (write_experiment(folder.path()), folder.path().join("run"));
+    let out_name = out.to_string_lossy().into_owned();
+    let arguments = ["sweep", &file, "--device", "cpu", "--profile", "full", "--out", &out_name];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_oit"))
+        .args(arguments)
+        .current_dir(ROOT)
+        .spawn()
+        .expect("the program starts");
+    let started = Instant::now();
+    let samples = || -> Vec<(usize, u32)> {
+        let record = Record::read(&out);
+        let events = record.map(|record| record.events).unwrap_or_default();
+        let sample = |event: Event| match event {
+            Event::Sample { cell, sample, .. } => Some((cell, sample)),
+            _ => None,
+        };
+        events.into_iter().filter_map(sample).collect()
+    };
+    while samples().len() < 25 {
+        assert!(started.elapsed() < Duration::from_secs(120), "it samples nothing");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().expect("it is killed");
+    child.wait().expect("it is gone");
+    let before = samples();
+    let resumed = oit(&[&arguments[..], &["--resume"]].concat());
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let after = samples();
+    assert_eq!(after[..before.len()], before);
+    let mut each = after.clone();
+    each.sort_unstable();
+    each.dedup();
+    assert_eq!(each.len(), after.len(), "a sample was taken twice");
+    assert_eq!(after.len() % 40, 0, "a sample is missing");
+    assert!(Record::read(&out).expect("a good record").finished());
+}
+
+#[test]
+fn a_record_of_another_schema_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("run.json"), "{\"schema\": 999}").expect("written");
+    let error = Record::read(folder.path()).expect_err("another schema").to_string();
+    assert!(error.contains("version 999"), "{error}");
+}
+
+#[test]
+fn an_image_is_rendered_as_png_and_exr() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_string_lossy().into_owned();
+    let output = oit(&[
+        "render", "scenes/planes2.toml", "--device", "cpu", "--size", "96x54", "--out", &out,
+    ]);
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(text(&output).contains("Exact"), "{}", text(&output));
+    let path = folder.path().join("planes2-front.exr");
+    let (image, counts) = oit_image::read_exr(&path).expect("a good EXR file");
+    assert_eq!((image.width, image.height), (96, 54));
+    assert_eq!(counts.expect("depth complexity").into_iter().max(), Some(128));
+    for ending in [".png", "-depth.png"] {
+        assert!(folder.path().join(format!("planes2-front{ending}")).exists());
+    }
+}
+
+#[test]
+fn a_wrong_word_is_answered_with_the_right_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = write_experiment(folder.path());
+    for (arguments, words) in [
+        (vec!["sweep", file.as_str(), "--device", "vulcan:0"], vec!["vulcan:0", "cpu"]),
+        (vec!["sweep", "experiments/none.toml"], vec!["experiments/none.toml"]),
+        (vec!["compare", "insertoin"], vec!["insertoin", "insertion"]),
+        (vec!["render", "scenes/planes.toml", "--view", "frnt"], vec!["frnt", "front"]),
+        (vec!["render", "scenes/planes.toml", "--set", "layrs=3"], vec!["layrs"]),
+        (vec!["render", "scenes/planes.toml", "--size", "12"], vec!["12", "1920x1080"]),
+        (vec!["list", "sort"], vec!["sort", "sorts"]),
+    ] {
+        let output = oit(&arguments);
+        let text = text(&output);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(words.iter().all(|word| text.contains(word)), "{arguments:?}\n{text}");
+        assert!(!text.contains("panicked"), "{text}");
+    }
+}
+
+#[test]
+fn a_plan_is_printed_without_a_device() {
+    let output = oit(&["plan", "linked_list/bma-list/rbs/compute/peak", "--shaders"]);
+    let text = text(&output);
+    assert!(output.status.success(), "{text}");
+    for word in ["group_pixels", "capture", "resolve", "fn sort_and_blend"] {
+        assert!(text.contains(word), "no {word} in\n{text}");
+    }
+}

@@ -1,0 +1,280 @@
+//! Figures of synthetic records: which are drawn, what is in them, and that they do not change.
+
+mod synthetic;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use analysis::Tables;
+use paper_figures::figures::{FIGURES, compare};
+use paper_figures::{FigureError, Output, claims, generate, read};
+use synthetic::{VIEWS, WRONG, write_counts, write_run};
+
+const DEVICE: &str = "test device";
+
+fn one_device(root: &Path) -> Tables {
+    let run = write_run(root, "run", DEVICE);
+    write_counts(&run);
+    read(&[root.to_owned()]).unwrap()
+}
+
+fn draw_all(tables: &Tables) -> Vec<Output> {
+    FIGURES.iter().flat_map(|figure| figure.draw(tables).unwrap()).collect()
+}
+
+/// Every file of a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .map(|path| {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            (name, fs::read(&path).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn the_same_records_give_the_same_bytes() {
+    let root = tempfile::tempdir().unwrap();
+    let first = write_run(root.path(), "records/first", DEVICE);
+    let second = write_run(root.path(), "records/second", "other test device");
+    write_counts(&first);
+    let (a, b) = (root.path().join("a"), root.path().join("b"));
+    generate(&read(&[first.clone(), second.clone()]).unwrap(), &a, None).unwrap();
+    // The order in which records are named is no part of them.
+    generate(&read(&[second, first]).unwrap(), &b, None).unwrap();
+    let (a, b) = (files(&a), files(&b));
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in &a {
+        assert!(b[name] == *bytes, "{name} differs");
+    }
+    for name in ["rbs-table-2", "rbs-table-3", "bma-figure-5-test-device-test"] {
+        for extension in ["svg", "png", "csv", "md"] {
+            assert!(a.contains_key(&format!("{name}.{extension}")), "{name}.{extension}");
+        }
+    }
+    assert!(a.contains_key("pareto-planes-front-other-test-device-test.svg"));
+}
+
+#[test]
+fn every_file_names_device_commit_and_command() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(&root.path().join("records"));
+    let out = root.path().join("out");
+    generate(&tables, &out, None).unwrap();
+    for (name, bytes) in files(&out) {
+        // PNG text chunks are not compressed here, so all four kinds can be searched as bytes.
+        let text = String::from_utf8_lossy(&bytes);
+        for stamp in ["test device (test)", "0123456789ab", "oit sweep experiments/synthetic.toml"] {
+            assert!(text.contains(stamp), "{name} lacks {stamp}");
+        }
+    }
+}
+
+#[test]
+fn every_figure_is_drawn_and_indexed() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(&root.path().join("records"));
+    let out = root.path().join("out");
+    let drawn = generate(&tables, &out, None).unwrap();
+    let index = fs::read_to_string(out.join("index.md")).unwrap();
+    for drawn in &drawn {
+        assert!(!drawn.files.is_empty(), "{}", drawn.figure.name());
+        for (name, _) in &drawn.files {
+            assert!(index.contains(&format!("({name}.png)")), "{name}");
+            assert!(out.join(format!("{name}.svg")).exists(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_records_lack_is_said_and_not_drawn() {
+    let root = tempfile::tempdir().unwrap();
+    let run = write_run(&root.path().join("records"), "run", DEVICE);
+    // Only what was counted, before anything was verified.
+    let events = fs::read_to_string(run.join("events.jsonl")).unwrap();
+    let counted: String = events.split_inclusive('\n').take(VIEWS.len()).collect();
+    fs::write(run.join("events.jsonl"), counted).unwrap();
+    let tables = read(&[run]).unwrap();
+    let out = root.path().join("out");
+    let drawn = generate(&tables, &out, None).unwrap();
+    let index = fs::read_to_string(out.join("index.md")).unwrap();
+    for drawn in &drawn {
+        assert!(drawn.files.is_empty(), "{}", drawn.figure.name());
+    }
+    assert_eq!(index.matches("Not drawn: the records hold no").count(), FIGURES.len());
+    let verdicts = claims::verdicts(&tables).unwrap();
+    assert!(verdicts.iter().all(|verdict| verdict.word() == "not tested"));
+}
+
+#[test]
+fn no_text_lies_on_another() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    let mut outputs = draw_all(&tables);
+    outputs.extend(compare(&tables, "rbs").unwrap());
+    for output in outputs {
+        let page = output.page().unwrap();
+        let boxes = page.text_boxes().unwrap();
+        for (index, (a, first)) in boxes.iter().enumerate() {
+            assert!(
+                a[0] >= 0.0 && a[1] >= 0.0 && a[2] <= page.width_px && a[3] <= page.height_px,
+                "{}: {first} leaves the page",
+                output.name
+            );
+            for (b, second) in &boxes[index + 1..] {
+                let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                assert!(apart, "{}: {first} lies on {second}", output.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_cells_are_never_charted_as_times() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    for output in draw_all(&tables) {
+        for row in &output.csv.rows {
+            // Table 2 may name it, with its state and without a time.
+            let named = row.iter().any(|field| field == WRONG);
+            assert!(!named || row.iter().any(|field| field == "wrong"), "{}", output.name);
+        }
+        assert!(!output.tables.iter().any(|table| table.markdown().contains(WRONG)));
+    }
+}
+
+#[test]
+fn table_2_has_published_and_measured_times() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    let output = FIGURES[0].draw(&tables).unwrap().remove(0);
+    let row = |technique: &str, view: &str, quantity: &str| -> Vec<String> {
+        let rows = output.csv.rows.iter();
+        let mut rows = rows.filter(|row| row[1] == technique && row[3] == view && row[4] == quantity);
+        rows.next().unwrap().clone()
+    };
+    let measured = tables
+        .results
+        .iter()
+        .find(|cell| {
+            cell.name.technique == "linked_list/bma-stencil/rbs/fragment/peak/ties-depth"
+                && cell.name.view == "back"
+        })
+        .unwrap();
+    let resolve = measured.median_ms(analysis::RESOLVE).unwrap();
+    let own = row("BMA-RBS-L", "planes Rev", "R");
+    assert_eq!((own[5].as_str(), own[6].as_str()), ("61", format!("{resolve}").as_str()));
+    let cuda = row("CUDA-IS", "planes Fwd", "T");
+    assert_eq!((cuda[5].as_str(), cuda[6].as_str()), ("40", ""));
+    let markdown = output.markdown();
+    let line = markdown.lines().find(|line| line.starts_with("| CUDA-IS |")).unwrap();
+    assert!(line.ends_with("| not measured yet |"), "{line}");
+    assert!(markdown.contains("| linked_list/bma-list/network+rbs/compute/peak |"), "{markdown}");
+}
+
+#[test]
+fn claims_are_decided_by_the_records() {
+    let root = tempfile::tempdir().unwrap();
+    let verdicts = claims::verdicts(&one_device(root.path())).unwrap();
+    let verdict = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    // In the synthetic records insertion sort takes far longer from the back, and bma always helps.
+    assert_eq!(verdict("rbs-insertion-direction").word(), "holds");
+    assert_eq!(verdict("rbs-bma-alone").word(), "holds");
+    // Merge sort takes longer than insertion sort from the front, whatever the depth.
+    assert_eq!(verdict("bma-merge-above-16").word(), "does not hold");
+    assert_eq!(verdict("bma-insertion-to-16").word(), "holds");
+    assert_eq!(verdict("lfb-memory-25-percent").figure(), Some(1.25));
+    // The paper's own numbers, through the same rules.
+    let published = verdict("rbs-direction-small").published.unwrap();
+    assert!((published - 75.0 / 62.0).abs() < 1e-12);
+    assert_eq!(verdict("rbs-fastest-in-most").published, Some(1.0));
+    assert_eq!(verdict("lfb-within-10-percent").published, None);
+}
+
+#[test]
+fn a_claim_without_its_records_is_not_tested() {
+    let root = tempfile::tempdir().unwrap();
+    let run = write_run(root.path(), "run", DEVICE);
+    let path = run.join("run.json");
+    let text = fs::read_to_string(&path).unwrap().replace("\"hairball\"", "\"other\"");
+    fs::write(&path, text).unwrap();
+    let verdicts = claims::verdicts(&read(&[run]).unwrap()).unwrap();
+    let verdict = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    assert_eq!(verdict("rbs-bma-alone").word(), "not tested");
+    assert!(verdict("rbs-bma-alone").detail().contains("hairball, inside-front"));
+    assert_eq!(verdict("rbs-direction-small").word(), "holds");
+}
+
+#[test]
+fn one_sort_is_compared_with_the_others() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    let outputs = compare(&tables, "rbs").unwrap();
+    assert_eq!(outputs.len(), VIEWS.len());
+    let back = outputs.iter().find(|output| output.name.contains("planes-back")).unwrap();
+    let columns = |row: &Vec<String>| (row[1].clone(), row[2].clone(), row[6].clone());
+    let faster = ("rbs".to_owned(), "insertion".to_owned(), "faster".to_owned());
+    assert!(back.csv.rows.iter().any(|row| columns(row) == faster));
+    let error = compare(&tables, "bogo").err().unwrap();
+    assert!(matches!(&error, FigureError::Unknown { known, .. } if known.contains("insertion")));
+}
+
+#[test]
+fn only_what_is_named_is_drawn() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(&root.path().join("records"));
+    let out = root.path().join("out");
+    generate(&tables, &out, Some("pareto-planes-front")).unwrap();
+    let names: Vec<String> = files(&out).into_keys().collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    let error = generate(&tables, &out, Some("lfb-figure-99")).err().unwrap();
+    assert!(error.to_string().contains("rbs-table-2"), "{error}");
+}
+
+fn refused(folders: &[PathBuf]) -> String {
+    read(folders).unwrap_err().to_string()
+}
+
+#[test]
+fn damaged_records_are_refused_with_their_place() {
+    let root = tempfile::tempdir().unwrap();
+    let run = write_run(root.path(), "run", DEVICE);
+    let (events, json) = (run.join("events.jsonl"), run.join("run.json"));
+    let (good_events, good_json) =
+        (fs::read_to_string(&events).unwrap(), fs::read_to_string(&json).unwrap());
+
+    fs::write(&events, good_events.replacen("{\"event\"", "{\"evnt\"", 1)).unwrap();
+    assert!(refused(&[run.clone()]).contains("events.jsonl:1:"));
+    fs::write(&events, good_events.clone() + "{\"event\":\"failed\",\"cell\":9999999,\"reason\":\"\"}\n")
+        .unwrap();
+    assert!(refused(&[run.clone()]).contains("cell 9999999"));
+    fs::write(&events, &good_events).unwrap();
+
+    fs::write(&json, good_json.replacen("\"schema\": 1", "\"schema\": 99", 1)).unwrap();
+    assert!(refused(&[run.clone()]).contains("schema version 99"));
+    fs::write(&json, &good_json).unwrap();
+
+    assert!(refused(&[run.clone(), run.clone()]).contains("given twice"));
+    let empty = root.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    assert!(refused(&[empty]).contains("no run folder"));
+}
+
+#[test]
+fn damaged_counts_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let run = write_run(root.path(), "run", DEVICE);
+    let path = write_counts(&run);
+    let tables = read(&[run]).unwrap();
+    let draw = || {
+        let figure = FIGURES.iter().find(|figure| figure.name() == "rbs-figure-5").unwrap();
+        figure.draw(&tables).map(|outputs| outputs.len())
+    };
+    assert_eq!(draw().unwrap(), 1);
+    oit_image::write_png16_gray(&path, 2, 2, &[1, 2, 3, 4]).unwrap();
+    assert!(matches!(draw(), Err(FigureError::Sidecar { .. })));
+    fs::write(&path, b"\x89PNG no more").unwrap();
+    assert!(matches!(draw(), Err(FigureError::Sidecar { .. })));
+}
