@@ -22,11 +22,14 @@ reproduce: setup build build-figures
     #!/usr/bin/env bash
     set -euo pipefail
     run=runs/$(date -u +%Y%m%dT%H%M%SZ)
-    {{ oit }} sweep experiments/*.toml --profile quick --out "$run"
+    # A wrong or failed cell does not keep the others from being drawn, but the recipe fails in the end.
+    status=0
+    {{ oit }} sweep experiments/*.toml --profile quick --out "$run" || status=$?
     {{ paper_figures }} --records {{ recorded }} --records "$run" --out paper_figures/out/local
     {{ paper_figures }} verdicts --records {{ recorded }} --records "$run"
     echo "Measurements: $run"
-    echo "Figures:      paper_figures/out/local"
+    echo "Figures:      paper_figures/out/local/index.md"
+    exit "$status"
 
 # All tests, the doc tests included.
 test: setup

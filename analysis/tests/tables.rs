@@ -123,9 +123,8 @@ fn samples_stay_integers_and_cells_come_apart() {
     let tables = load(&[record("a", &[RBS], three_samples())]).unwrap();
     assert_eq!(tables.samples.height(), 12);
     assert_eq!(tables.samples.column("ns").unwrap().dtype(), &DataType::UInt64);
-    let text = |name: &str| {
-        tables.cells.column(name).unwrap().str().unwrap().get(0).unwrap().to_owned()
-    };
+    let text =
+        |name: &str| tables.cells.column(name).unwrap().str().unwrap().get(0).unwrap().to_owned();
     assert_eq!(text("capture"), "linked_list");
     assert_eq!(text("schedule"), "bma-list");
     assert_eq!(text("ties"), "depth");

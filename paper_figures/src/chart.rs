@@ -14,7 +14,7 @@ pub use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
 pub use histogram::{DepthHistogram, HistogramSeries};
 pub use ratio_bars::{RatioBar, RatioBars, RatioPanel};
 pub(crate) use stage_bars::stage_place;
-pub use stage_bars::{StageBar, StageBars, stage_colour};
+pub use stage_bars::{StageBar, StageBars};
 pub use table_image::TableImage;
 
 use crate::FigureError;

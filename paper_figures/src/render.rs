@@ -66,8 +66,9 @@ fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), Fig
                 if *upwards {
                     font = font.transform(FontTransform::Rotate270);
                 }
+                let colour = rgb(*colour);
                 let style =
-                    TextStyle::from(font).color(&rgb(*colour)).pos(Pos::new(h_pos, VPos::Center));
+                    TextStyle::from(font).color(&colour).pos(Pos::new(h_pos, VPos::Center));
                 backend.draw_text(text, &style, units(*at)).map_err(failed)?;
             }
             Item::Picture { .. } => {}

@@ -66,7 +66,8 @@ fn every_file_names_device_commit_and_command() {
     for (name, bytes) in files(&out) {
         // PNG text chunks are not compressed here, so all four kinds can be searched as bytes.
         let text = String::from_utf8_lossy(&bytes);
-        for stamp in ["test device (test)", "0123456789ab", "oit sweep experiments/synthetic.toml"] {
+        for stamp in ["test device (test)", "0123456789ab", "oit sweep experiments/synthetic.toml"]
+        {
             assert!(text.contains(stamp), "{name} lacks {stamp}");
         }
     }
@@ -152,7 +153,8 @@ fn table_2_has_published_and_measured_times() {
     let output = FIGURES[0].draw(&tables).unwrap().remove(0);
     let row = |technique: &str, view: &str, quantity: &str| -> Vec<String> {
         let rows = output.csv.rows.iter();
-        let mut rows = rows.filter(|row| row[1] == technique && row[3] == view && row[4] == quantity);
+        let mut rows =
+            rows.filter(|row| row[1] == technique && row[3] == view && row[4] == quantity);
         rows.next().unwrap().clone()
     };
     let measured = tables
@@ -247,8 +249,11 @@ fn damaged_records_are_refused_with_their_place() {
 
     fs::write(&events, good_events.replacen("{\"event\"", "{\"evnt\"", 1)).unwrap();
     assert!(refused(&[run.clone()]).contains("events.jsonl:1:"));
-    fs::write(&events, good_events.clone() + "{\"event\":\"failed\",\"cell\":9999999,\"reason\":\"\"}\n")
-        .unwrap();
+    fs::write(
+        &events,
+        good_events.clone() + "{\"event\":\"failed\",\"cell\":9999999,\"reason\":\"\"}\n",
+    )
+    .unwrap();
     assert!(refused(&[run.clone()]).contains("cell 9999999"));
     fs::write(&events, &good_events).unwrap();
 

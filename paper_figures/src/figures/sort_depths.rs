@@ -41,8 +41,9 @@ impl Figure for SortDepths {
             series.entry(key).or_default().insert(depth, group);
         }
         let whole = series.into_iter().filter(|(_, depths)| depths.len() >= 3);
-        let mut outputs: Vec<Output> =
-            whole.filter_map(|((_, scene, view, _), depths)| output(scene, view, &depths)).collect();
+        let mut outputs: Vec<Output> = whole
+            .filter_map(|((_, scene, view, _), depths)| output(scene, view, &depths))
+            .collect();
         outputs.sort_by(|a, b| a.name.cmp(&b.name));
         Ok(outputs)
     }
@@ -59,7 +60,15 @@ fn uniform_depth(group: &Group) -> Option<u64> {
 fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Output> {
     let (_, first) = depths.first_key_value()?;
     let columns = vec![
-        "family", "sort", "fragments", "n", "median_ns", "low_ns", "high_ns", "technique", "scene",
+        "family",
+        "sort",
+        "fragments",
+        "n",
+        "median_ns",
+        "low_ns",
+        "high_ns",
+        "technique",
+        "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
     let mut lines: BTreeMap<String, BTreeMap<&str, Vec<(u64, [f64; 3])>>> = BTreeMap::new();
@@ -72,7 +81,12 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
                     continue;
                 }
                 let ms = [s.median / 1e6, s.low / 1e6, s.high / 1e6];
-                lines.entry(family.clone()).or_default().entry(sort).or_default().push((*depth, ms));
+                lines
+                    .entry(family.clone())
+                    .or_default()
+                    .entry(sort)
+                    .or_default()
+                    .push((*depth, ms));
                 let mut row = vec![family.clone(), sort.to_owned(), depth.to_string()];
                 row.push(s.samples.to_string());
                 row.extend([s.median, s.low, s.high].map(|ns| format!("{ns}")));
