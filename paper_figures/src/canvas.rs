@@ -69,7 +69,7 @@ pub enum Item {
         /// Its colour.
         colour: Colour,
     },
-    /// A circle, filled or not.
+    /// A filled circle.
     Circle {
         /// The middle.
         centre: (f64, f64),
@@ -77,8 +77,6 @@ pub enum Item {
         radius: f64,
         /// Its colour.
         colour: Colour,
-        /// Whether it is filled.
-        filled: bool,
     },
     /// A line of text.
     Text {
@@ -208,9 +206,9 @@ impl Canvas {
         self.items.push(Item::Rectangle { sides, colour });
     }
 
-    /// Adds a circle.
-    pub fn circle(&mut self, centre: (f64, f64), radius: f64, colour: Colour, filled: bool) {
-        self.items.push(Item::Circle { centre, radius, colour, filled });
+    /// Adds a filled circle.
+    pub fn circle(&mut self, centre: (f64, f64), radius: f64, colour: Colour) {
+        self.items.push(Item::Circle { centre, radius, colour });
     }
 
     /// Adds a line of text whose vertical middle lies at `at.1`.

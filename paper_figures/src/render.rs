@@ -29,7 +29,13 @@ fn failed<E: std::fmt::Display>(error: E) -> FigureError {
 }
 
 /// Draws everything but pictures, which plotters' SVG backend cannot embed.
-fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), FigureError> {
+///
+/// `lower_em` moves text down: plotters' backends do not agree on where the middle of a line is.
+fn draw<DB: DrawingBackend>(
+    canvas: &Canvas,
+    backend: &mut DB,
+    lower_em: f64,
+) -> Result<(), FigureError> {
     let page = (unit(canvas.width_px), unit(canvas.height_px));
     backend.draw_rect((0, 0), page, &RGBColor(255, 255, 255), true).map_err(failed)?;
     for item in &canvas.items {
@@ -47,12 +53,9 @@ fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), Fig
                 let (a, b) = (units((*left, *top)), units((*right, *bottom)));
                 backend.draw_rect(a, b, &rgb(*colour), true).map_err(failed)?;
             }
-            Item::Circle { centre, radius, colour, filled } => {
-                let stroke_width = unit(1.5) as u32;
-                let style =
-                    ShapeStyle { color: rgb(*colour).into(), filled: *filled, stroke_width };
+            Item::Circle { centre, radius, colour } => {
                 let (centre, radius) = (units(*centre), unit(*radius) as u32);
-                backend.draw_circle(centre, radius, &style, *filled).map_err(failed)?;
+                backend.draw_circle(centre, radius, &rgb(*colour), true).map_err(failed)?;
             }
             Item::Text { at, size_px, colour, anchor, upwards, text } => {
                 text_width("", *size_px)?;
@@ -67,9 +70,10 @@ fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), Fig
                     font = font.transform(FontTransform::Rotate270);
                 }
                 let colour = rgb(*colour);
-                let style =
-                    TextStyle::from(font).color(&colour).pos(Pos::new(h_pos, VPos::Center));
-                backend.draw_text(text, &style, units(*at)).map_err(failed)?;
+                let style = TextStyle::from(font).color(&colour).pos(Pos::new(h_pos, VPos::Center));
+                let lower = lower_em * size_px;
+                let at = if *upwards { (at.0 + lower, at.1) } else { (at.0, at.1 + lower) };
+                backend.draw_text(text, &style, units(at)).map_err(failed)?;
             }
             Item::Picture { .. } => {}
         }
@@ -84,7 +88,7 @@ fn draw<DB: DrawingBackend>(canvas: &Canvas, backend: &mut DB) -> Result<(), Fig
 pub fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
     let size = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
     let mut text = String::new();
-    draw(canvas, &mut SVGBackend::with_string(&mut text, size))?;
+    draw(canvas, &mut SVGBackend::with_string(&mut text, size), 0.1)?;
     // The grid is finer than the page: the view box stays, the natural size is the page's.
     let fine = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
     let page = format!("width=\"{}\" height=\"{}\" viewBox", canvas.width_px, canvas.height_px);
@@ -116,7 +120,7 @@ pub fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
 pub fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureError> {
     let (width, height) = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
     let mut pixels = vec![0; width as usize * height as usize * 3];
-    draw(canvas, &mut BitMapBackend::with_buffer(&mut pixels, (width, height)))?;
+    draw(canvas, &mut BitMapBackend::with_buffer(&mut pixels, (width, height)), 0.24)?;
     for item in &canvas.items {
         let Item::Picture { at, width_px, rgb } = item else { continue };
         let (x, y) = (unit(at.0) as usize, unit(at.1) as usize);
@@ -135,7 +139,7 @@ fn encode(rgb: &[u8], width: u32, height: u32, description: &str) -> Result<Vec<
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Balanced);
     if !description.is_empty() {
         let key = "Description".to_owned();
         encoder.add_itxt_chunk(key, description.to_owned()).map_err(failed)?;

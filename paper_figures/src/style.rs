@@ -16,6 +16,9 @@ pub const GRID: Colour = Colour(0xe2, 0xe2, 0xe2);
 /// Behind a value that is marked: light green, as in the papers.
 pub const MARKED: Colour = Colour(0xc8, 0xea, 0xdd);
 
+/// The page.
+const PAPER: Colour = Colour(0xff, 0xff, 0xff);
+
 const BLACK: Colour = Colour(0x00, 0x00, 0x00);
 const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
 const SKY_BLUE: Colour = Colour(0x56, 0xb4, 0xe9);
@@ -62,19 +65,26 @@ pub fn marker(canvas: &mut Canvas, technique: &Technique, at: (f64, f64), radius
     let colour = sort_colour(&technique.sort);
     let filled = technique.shader_stage != "compute";
     let corners: &[(f64, f64)] = match technique.schedule.as_str() {
-        "base" => return canvas.circle(at, radius, colour, filled),
+        "base" => {
+            canvas.circle(at, radius, colour);
+            if !filled {
+                canvas.circle(at, radius * 0.55, PAPER);
+            }
+            return;
+        }
         "bma-stencil" => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
         "bma-list" => &[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)],
         _ => &[(0.0, -1.25), (1.25, 0.0), (0.0, 1.25), (-1.25, 0.0)],
     };
-    let mut points: Vec<(f64, f64)> =
-        corners.iter().map(|(x, y)| (at.0 + x * radius, at.1 + y * radius)).collect();
-    if filled {
-        canvas.polygon(&points, colour);
-    } else {
-        points.push(points[0]);
-        points.push(points[1]);
-        canvas.line(&points, colour, 1.5);
+    let points = |scale: f64| -> Vec<(f64, f64)> {
+        corners
+            .iter()
+            .map(|(x, y)| (at.0 + x * radius * scale, at.1 + y * radius * scale))
+            .collect()
+    };
+    canvas.polygon(&points(1.0), colour);
+    if !filled {
+        canvas.polygon(&points(0.5), PAPER);
     }
 }
 

@@ -91,7 +91,7 @@ impl DepthLines {
             canvas.line(&path, line.colour, 2.0);
             for &(x, [y, low, high]) in &places {
                 canvas.line(&[(x, low), (x, high)], line.colour, 1.0);
-                canvas.circle((x, y), 3.0, line.colour, true);
+                canvas.circle((x, y), 3.0, line.colour);
             }
             if let Some(&(_, y)) = path.last() {
                 labels.push((y, line));

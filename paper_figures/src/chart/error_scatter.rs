@@ -42,7 +42,7 @@ const PANEL_GAP_PX: f64 = 30.0;
 const PLOT_HEIGHT_PX: f64 = 330.0;
 const LEFT_PX: f64 = 48.0;
 const EXACT_PX: f64 = 70.0;
-const HEAD_PX: f64 = 40.0;
+const HEAD_PX: f64 = 52.0;
 const SCALE_PX: f64 = 50.0;
 const LIST_STEP_PX: f64 = 16.0;
 const LEGEND_STEP_PX: f64 = 20.0;
@@ -55,9 +55,11 @@ impl ScatterPanel {
     }
 }
 
-/// Which column a point of a technique belongs to: `exact`, or what it is truncated to.
+/// What is written above the column of a point: what the technique is truncated to, or the sort
+/// that leaves the picture off.
 fn column(point: &ScatterPoint) -> &str {
-    if point.rmse == 0.0 { "exact" } else { &point.technique.max }
+    let technique = &point.technique;
+    if technique.truncated() { &technique.max } else { &technique.sort }
 }
 
 impl ErrorScatter {
@@ -148,14 +150,25 @@ impl ErrorScatter {
         for point in &panel.points {
             marker(canvas, &point.technique, place(point), 4.5);
         }
+        // The number of a point stands at its lower left, below those of its neighbours.
+        let mut numbers: Vec<(f64, f64)> = Vec::new();
         for (index, point) in front.iter().enumerate() {
-            let (x, y) = place(point);
+            let (x, mut y) = place(point);
+            let x = x - 12.0;
+            y += 9.0;
+            while numbers
+                .iter()
+                .any(|other| (other.0 - x).abs() < 14.0 && (other.1 - y).abs() < 11.0)
+            {
+                y += 2.0;
+            }
+            numbers.push((x, y));
             let number = format!("{}", index + 1);
-            canvas.text((x - 12.0, y + 9.0), SMALL_PX, INK, Anchor::Middle, &number);
+            canvas.text((x, y), SMALL_PX, INK, Anchor::Middle, &number);
         }
         // What the columns of points are, written above them, in two lines where they are close.
         let mut columns: Vec<(f64, &str)> = Vec::new();
-        for point in &panel.points {
+        for point in panel.points.iter().filter(|point| point.rmse > 0.0) {
             if !columns.iter().any(|(_, name)| *name == column(point)) {
                 columns.push((place(point).0, column(point)));
             }

@@ -88,7 +88,7 @@ impl Chart for DepthHistogram {
 fn draw_run(canvas: &mut Canvas, run: &mut Vec<(f64, f64)>, colour: Colour) {
     match run.as_slice() {
         [] => {}
-        [dot] => canvas.circle(*dot, 2.5, colour, true),
+        [dot] => canvas.circle(*dot, 2.5, colour),
         line => canvas.line(line, colour, 2.0),
     }
     run.clear();

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use analysis::{CellResult, Ratio};
 
+use crate::axis::three_digits;
 use crate::chart::{RatioBar, RatioBars, RatioPanel};
 use crate::data::Group;
 use crate::output::{Csv, Output, Stamp, Table};
@@ -89,7 +90,7 @@ pub(super) fn output<'a>(
                 ratio,
                 low,
                 high,
-                annotation: format!("{ratio:.2}  {word}"),
+                annotation: format!("{}  {word}", three_digits(ratio)),
             });
         }
     }

@@ -5,7 +5,7 @@ use analysis::Tables;
 use super::Figure;
 use super::rbs_views::{Device, PROVENANCE, QUANTITIES, VIEWS, devices, provenance};
 use crate::FigureError;
-use crate::axis::three_digits;
+use crate::axis::{number, three_digits};
 use crate::chart::TableImage;
 use crate::output::{Csv, Output, Table, Value};
 use crate::published::{self, Published};
@@ -91,11 +91,13 @@ fn block(device: &Device, published: &Published) -> Table {
         .collect();
     let rows = techniques.iter().zip(&numbers).map(|(technique, numbers)| {
         let mut row = vec![Value::from(label(technique))];
-        for (number, fastest) in numbers.iter().zip(&fastest) {
-            row.push(match number {
-                Some(ms) => {
-                    Value { text: three_digits(*ms), marked: *ms <= fastest * NEAR_FASTEST }
-                }
+        for (column, (value, fastest)) in numbers.iter().zip(&fastest).enumerate() {
+            row.push(match value {
+                Some(ms) => Value {
+                    // Published numbers stand as they were printed.
+                    text: if column % 2 == 0 { number(*ms) } else { three_digits(*ms) },
+                    marked: *ms <= fastest * NEAR_FASTEST,
+                },
                 None => Value::from("–"),
             });
         }

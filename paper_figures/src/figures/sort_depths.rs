@@ -97,7 +97,8 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     }
     let mut tables = Vec::new();
     let mut panels = Vec::new();
-    for (family, sorts) in lines {
+    // A sort alone overtakes none.
+    for (family, sorts) in lines.into_iter().filter(|(_, sorts)| sorts.len() > 1) {
         let heads = depths.keys().map(|depth| format!("{depth}"));
         let columns = ["sort".to_owned()].into_iter().chain(heads).collect();
         let rows = sorts.iter().map(|(sort, points)| {
@@ -115,6 +116,9 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
             points,
         });
         panels.push(DepthPanel { title: family, lines: lines.collect() });
+    }
+    if panels.is_empty() {
+        return None;
     }
     Some(Output {
         name: format!("sort-depths-{}-{}", slug(&format!("{scene}-{view}")), first.device_slug()),
