@@ -14,7 +14,8 @@ fn main() {
     if let Some(commit) = git(&["rev-parse", "HEAD"]) {
         // Only what the program is made of counts: a record or a page does not change a timing.
         let program = ["../../crates", "../../Cargo.toml", "../../Cargo.lock"];
-        let status = [&["status", "--porcelain", "--untracked-files=no", "--"], &program[..]].concat();
+        let status =
+            [&["status", "--porcelain", "--untracked-files=no", "--"], &program[..]].concat();
         let dirty = git(&status).is_none_or(|changes| !changes.is_empty());
         println!("cargo::rustc-env=OIT_GIT_COMMIT={commit}");
         println!("cargo::rustc-env=OIT_GIT_DIRTY={dirty}");

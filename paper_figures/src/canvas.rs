@@ -126,7 +126,7 @@ fn register() -> Result<(), FigureError> {
 ///
 /// # Errors
 /// Where the vendored font is damaged.
-pub fn text_width(text: &str, size_px: f64) -> Result<f64, FigureError> {
+pub(crate) fn text_width(text: &str, size_px: f64) -> Result<f64, FigureError> {
     register()?;
     // Measured large and scaled down: plotters rounds to whole pixels.
     let scale = 8.0;
@@ -140,7 +140,7 @@ pub fn text_width(text: &str, size_px: f64) -> Result<f64, FigureError> {
 ///
 /// # Errors
 /// Where the vendored font is damaged.
-pub fn widest<'a>(
+pub(crate) fn widest<'a>(
     texts: impl IntoIterator<Item = &'a str>,
     size_px: f64,
 ) -> Result<f64, FigureError> {
@@ -151,7 +151,7 @@ pub fn widest<'a>(
 ///
 /// # Errors
 /// Where the vendored font is damaged.
-pub fn fitted(text: &str, size_px: f64, width_px: f64) -> Result<String, FigureError> {
+pub(crate) fn fitted(text: &str, size_px: f64, width_px: f64) -> Result<String, FigureError> {
     if text_width(text, size_px)? <= width_px {
         return Ok(text.to_owned());
     }
@@ -169,7 +169,7 @@ pub fn fitted(text: &str, size_px: f64, width_px: f64) -> Result<String, FigureE
 ///
 /// # Errors
 /// Where the vendored font is damaged.
-pub fn wrapped(text: &str, size_px: f64, width_px: f64) -> Result<Vec<String>, FigureError> {
+pub(crate) fn wrapped(text: &str, size_px: f64, width_px: f64) -> Result<Vec<String>, FigureError> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         let longer = lines.last().map(|line| format!("{line} {word}"));

@@ -8,14 +8,14 @@ mod ratio_bars;
 mod stage_bars;
 mod table_image;
 
-pub use depth_lines::{DepthLine, DepthLines, DepthPanel};
-pub use depth_map::{DepthMap, DepthMaps};
-pub use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
-pub use histogram::{DepthHistogram, HistogramSeries};
-pub use ratio_bars::{RatioBar, RatioBars, RatioPanel};
+pub(crate) use depth_lines::{DepthLine, DepthLines, DepthPanel, DepthPoint};
+pub(crate) use depth_map::{DepthMap, DepthMaps};
+pub(crate) use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
+pub(crate) use histogram::{DepthHistogram, HistogramSeries};
+pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};
 pub(crate) use stage_bars::stage_place;
-pub use stage_bars::{StageBar, StageBars};
-pub use table_image::TableImage;
+pub(crate) use stage_bars::{StageBar, StageBars};
+pub(crate) use table_image::TableImage;
 
 use crate::FigureError;
 use crate::canvas::Canvas;

@@ -6,7 +6,7 @@ use analysis::{CellResult, RunInfo, Tables, scene_name};
 
 /// The cells of one view of one scene at one resolution, all from one run on one device.
 #[derive(Clone, Debug)]
-pub struct Group<'a> {
+pub(crate) struct Group<'a> {
     /// The run they are from.
     pub run: &'a RunInfo,
     /// The scene with its parameters.
@@ -24,39 +24,39 @@ pub struct Group<'a> {
 impl Group<'_> {
     /// The group's name in records.
     #[must_use]
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         format!("{}:{}@{}x{}", self.scene, self.view, self.width_px, self.height_px)
     }
 
     /// Scene and view, for titles.
     #[must_use]
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         format!("{}, {}", self.scene, self.view)
     }
 
     /// Scene and view, for file names.
     #[must_use]
-    pub fn slug(&self) -> String {
+    pub(crate) fn slug(&self) -> String {
         slug(&format!("{}-{}", self.scene, self.view))
     }
 
     /// Device, resolution and profile, for subtitles.
     #[must_use]
-    pub fn conditions(&self) -> String {
+    pub(crate) fn conditions(&self) -> String {
         let (device, profile) = (self.run.device(), &self.run.run.profile);
         format!("{device}, {} × {} px, {profile} profile", self.width_px, self.height_px)
     }
 
     /// The device, for file names.
     #[must_use]
-    pub fn device_slug(&self) -> String {
+    pub(crate) fn device_slug(&self) -> String {
         slug(&self.run.device())
     }
 }
 
 /// Lower-case letters and digits with single hyphens between.
 #[must_use]
-pub fn slug(text: &str) -> String {
+pub(crate) fn slug(text: &str) -> String {
     let words: Vec<String> = text
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|word| !word.is_empty())
@@ -70,7 +70,10 @@ pub fn slug(text: &str) -> String {
 /// Where several runs of a device hold the view, one of them speaks for it, since times of
 /// different runs are not put side by side: a `full` profile before another, then the one with the
 /// most wanted cells charted, then the larger picture, then the one started last.
-pub fn groups<'a>(tables: &'a Tables, wanted: impl Fn(&CellResult) -> bool) -> Vec<Group<'a>> {
+pub(crate) fn groups<'a>(
+    tables: &'a Tables,
+    wanted: impl Fn(&CellResult) -> bool,
+) -> Vec<Group<'a>> {
     let mut found: BTreeMap<(usize, String), Group<'a>> = BTreeMap::new();
     for cell in &tables.results {
         let group = found.entry((cell.run, cell.name.group())).or_insert_with(|| Group {
@@ -112,7 +115,7 @@ pub fn groups<'a>(tables: &'a Tables, wanted: impl Fn(&CellResult) -> bool) -> V
 
 /// Groups by device, in the order of the devices.
 #[must_use]
-pub fn by_device(groups: Vec<Group<'_>>) -> BTreeMap<String, Vec<Group<'_>>> {
+pub(crate) fn by_device(groups: Vec<Group<'_>>) -> BTreeMap<String, Vec<Group<'_>>> {
     let mut devices: BTreeMap<String, Vec<Group<'_>>> = BTreeMap::new();
     for group in groups {
         devices.entry(group.run.device()).or_default().push(group);
@@ -122,6 +125,10 @@ pub fn by_device(groups: Vec<Group<'_>>) -> BTreeMap<String, Vec<Group<'_>>> {
 
 /// The group of a scene, by its name without parameters, and a view.
 #[must_use]
-pub fn view_of<'a, 'b>(groups: &'b [Group<'a>], scene: &str, view: &str) -> Option<&'b Group<'a>> {
+pub(crate) fn view_of<'a, 'b>(
+    groups: &'b [Group<'a>],
+    scene: &str,
+    view: &str,
+) -> Option<&'b Group<'a>> {
     groups.iter().find(|group| scene_name(group.scene) == scene && group.view == view)
 }

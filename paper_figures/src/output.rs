@@ -6,7 +6,7 @@ use std::path::Path;
 
 use analysis::RunInfo;
 
-use crate::canvas::{Anchor, Canvas, fitted, text_width, wrapped};
+use crate::canvas::{Anchor, Canvas, text_width, wrapped};
 use crate::chart::Chart;
 use crate::style::{INK, MUTED};
 use crate::{FigureError, render};
@@ -166,10 +166,14 @@ impl Output {
         for note in &self.notes {
             notes.extend(wrapped(note, NOTE_PX, inner)?);
         }
+        let mut stamps = Vec::new();
+        for stamp in &self.stamps {
+            stamps.extend(wrapped(&stamp.line(), STAMP_PX, inner)?);
+        }
         let head = MARGIN + 46.0;
         let notes_top = head + height + 12.0;
         let stamps_top = notes_top + notes.len() as f64 * 15.0 + 6.0;
-        let page_height = stamps_top + self.stamps.len() as f64 * 13.0 + MARGIN * 0.6;
+        let page_height = stamps_top + stamps.len() as f64 * 13.0 + MARGIN * 0.6;
         let mut canvas = Canvas::new(inner + 2.0 * MARGIN, page_height.ceil());
         canvas.text((MARGIN, MARGIN + 4.0), TITLE_PX, INK, Anchor::Start, &self.title);
         canvas.text((MARGIN, MARGIN + 26.0), SUBTITLE_PX, MUTED, Anchor::Start, &self.subtitle);
@@ -178,10 +182,9 @@ impl Output {
             let at = (MARGIN, notes_top + row as f64 * 15.0 + 7.0);
             canvas.text(at, NOTE_PX, INK, Anchor::Start, note);
         }
-        for (row, stamp) in self.stamps.iter().enumerate() {
+        for (row, stamp) in stamps.iter().enumerate() {
             let at = (MARGIN, stamps_top + row as f64 * 13.0 + 6.0);
-            let line = fitted(&stamp.line(), STAMP_PX, inner)?;
-            canvas.text(at, STAMP_PX, MUTED, Anchor::Start, &line);
+            canvas.text(at, STAMP_PX, MUTED, Anchor::Start, stamp);
         }
         Ok(canvas)
     }

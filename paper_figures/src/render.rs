@@ -85,7 +85,7 @@ fn draw<DB: DrawingBackend>(
 ///
 /// # Errors
 /// Where the font is damaged or plotters refuses.
-pub fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
+pub(crate) fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
     let size = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
     let mut text = String::new();
     draw(canvas, &mut SVGBackend::with_string(&mut text, size), 0.1)?;
@@ -117,7 +117,7 @@ pub fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureError> {
 ///
 /// # Errors
 /// Where the font is damaged or plotters or the encoder refuses.
-pub fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureError> {
+pub(crate) fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureError> {
     let (width, height) = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
     let mut pixels = vec![0; width as usize * height as usize * 3];
     draw(canvas, &mut BitMapBackend::with_buffer(&mut pixels, (width, height)), 0.24)?;

@@ -8,16 +8,16 @@ use analysis::Technique;
 use crate::canvas::{Canvas, Colour};
 
 /// Text and axes.
-pub const INK: Colour = Colour(0x22, 0x22, 0x22);
+pub(crate) const INK: Colour = Colour(0x22, 0x22, 0x22);
 /// Secondary text.
-pub const MUTED: Colour = Colour(0x66, 0x66, 0x66);
+pub(crate) const MUTED: Colour = Colour(0x66, 0x66, 0x66);
 /// Grid lines.
-pub const GRID: Colour = Colour(0xe2, 0xe2, 0xe2);
+pub(crate) const GRID: Colour = Colour(0xe2, 0xe2, 0xe2);
 /// Behind a value that is marked: light green, as in the papers.
-pub const MARKED: Colour = Colour(0xc8, 0xea, 0xdd);
+pub(crate) const MARKED: Colour = Colour(0xc8, 0xea, 0xdd);
 
 /// The page.
-const PAPER: Colour = Colour(0xff, 0xff, 0xff);
+pub(crate) const PAPER: Colour = Colour(0xff, 0xff, 0xff);
 
 const BLACK: Colour = Colour(0x00, 0x00, 0x00);
 const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
@@ -28,9 +28,11 @@ const BLUE: Colour = Colour(0x00, 0x72, 0xb2);
 const VERMILLION: Colour = Colour(0xd5, 0x5e, 0x00);
 const PURPLE: Colour = Colour(0xcc, 0x79, 0xa7);
 const GREY: Colour = Colour(0x99, 0x99, 0x99);
+/// Paul Tol's wine, for sorts that have no colour here: one of one's own stands out.
+const WINE: Colour = Colour(0x88, 0x22, 0x55);
 
 /// Colours for series that are no techniques, such as the views of a histogram.
-pub const SERIES: &[Colour] =
+pub(crate) const SERIES: &[Colour] =
     &[BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK, YELLOW, GREY];
 
 const SORTS: &[(&str, Colour)] = &[
@@ -40,28 +42,19 @@ const SORTS: &[(&str, Colour)] = &[
     ("rs", GREEN),
     ("rbs", BLUE),
     ("network", SKY_BLUE),
-    ("passthrough", GREY),
+    ("passthrough", BLACK),
 ];
 
-/// The colour of a sort: its own, purple for strategies joined by `+`, black for others.
+/// The colour of a sort: its own, purple for strategies joined by `+`, wine for others.
 #[must_use]
-pub fn sort_colour(sort: &str) -> Colour {
+pub(crate) fn sort_colour(sort: &str) -> Colour {
     let known = SORTS.iter().find(|(name, _)| *name == sort);
-    known.map_or(if sort.contains('+') { PURPLE } else { BLACK }, |(_, colour)| *colour)
-}
-
-/// A text colour readable on `background`.
-#[must_use]
-pub fn text_on(background: Colour) -> Colour {
-    let Colour(red, green, blue) = background;
-    // Rec. 601 luma.
-    let luma = 0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue);
-    if luma > 140.0 { INK } else { Colour(255, 255, 255) }
+    known.map_or(if sort.contains('+') { PURPLE } else { WINE }, |(_, colour)| *colour)
 }
 
 /// Draws the marker of a technique: colour by sort, shape by schedule, filled in the fragment
 /// stage.
-pub fn marker(canvas: &mut Canvas, technique: &Technique, at: (f64, f64), radius: f64) {
+pub(crate) fn marker(canvas: &mut Canvas, technique: &Technique, at: (f64, f64), radius: f64) {
     let colour = sort_colour(&technique.sort);
     let filled = technique.shader_stage != "compute";
     let corners: &[(f64, f64)] = match technique.schedule.as_str() {

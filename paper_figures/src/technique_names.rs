@@ -4,7 +4,7 @@ use analysis::CellResult;
 
 /// The names of the register-based block sort paper (section 4) that this project can run, without
 /// the tie rule. The papers compare depths only, so `ties-depth` is preferred where it was run.
-pub const ALIASES: &[(&str, &str)] = &[
+pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BASE-IS", "linked_list/base/insertion/fragment/peak"),
     ("BASE-IMS", "linked_list/base/insertion_merge/fragment/peak"),
     ("BASE-RBS-L", "linked_list/base/rbs/fragment/peak"),
@@ -16,7 +16,7 @@ pub const ALIASES: &[(&str, &str)] = &[
 /// The coordinates meant by a name, best first: a paper's name, or a coordinate, which stands for
 /// both tie rules unless it names one.
 #[must_use]
-pub fn coordinates(name: &str) -> Vec<String> {
+pub(crate) fn coordinates(name: &str) -> Vec<String> {
     match ALIASES.iter().find(|(alias, _)| *alias == name) {
         Some((_, coordinate)) => vec![format!("{coordinate}/ties-depth"), (*coordinate).to_owned()],
         None if name.contains("/ties-") => vec![name.to_owned()],
@@ -27,7 +27,7 @@ pub fn coordinates(name: &str) -> Vec<String> {
 /// The cell of a technique among cells of one group. A charted one is preferred, so that a
 /// technique that failed under one tie rule is still found under the other.
 #[must_use]
-pub fn find<'a>(cells: &[&'a CellResult], name: &str) -> Option<&'a CellResult> {
+pub(crate) fn find<'a>(cells: &[&'a CellResult], name: &str) -> Option<&'a CellResult> {
     let candidates: Vec<&CellResult> = coordinates(name)
         .iter()
         .filter_map(|coordinate| cells.iter().find(|cell| cell.name.technique == *coordinate))
@@ -39,7 +39,7 @@ pub fn find<'a>(cells: &[&'a CellResult], name: &str) -> Option<&'a CellResult> 
 
 /// The paper's name of a coordinate, or the coordinate.
 #[must_use]
-pub fn label(coordinate: &str) -> String {
+pub(crate) fn label(coordinate: &str) -> String {
     let bare = coordinate.trim_end_matches("/ties-depth");
     let alias = ALIASES.iter().find(|(_, known)| *known == bare);
     match alias {

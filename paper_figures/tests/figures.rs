@@ -248,17 +248,17 @@ fn damaged_records_are_refused_with_their_place() {
         (fs::read_to_string(&events).unwrap(), fs::read_to_string(&json).unwrap());
 
     fs::write(&events, good_events.replacen("{\"event\"", "{\"evnt\"", 1)).unwrap();
-    assert!(refused(&[run.clone()]).contains("events.jsonl:1:"));
+    assert!(refused(std::slice::from_ref(&run)).contains("events.jsonl:1:"));
     fs::write(
         &events,
         good_events.clone() + "{\"event\":\"failed\",\"cell\":9999999,\"reason\":\"\"}\n",
     )
     .unwrap();
-    assert!(refused(&[run.clone()]).contains("cell 9999999"));
+    assert!(refused(std::slice::from_ref(&run)).contains("cell 9999999"));
     fs::write(&events, &good_events).unwrap();
 
     fs::write(&json, good_json.replacen("\"schema\": 1", "\"schema\": 99", 1)).unwrap();
-    assert!(refused(&[run.clone()]).contains("schema version 99"));
+    assert!(refused(std::slice::from_ref(&run)).contains("schema version 99"));
     fs::write(&json, &good_json).unwrap();
 
     assert!(refused(&[run.clone(), run.clone()]).contains("given twice"));

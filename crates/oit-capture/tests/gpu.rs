@@ -21,12 +21,13 @@ fn on_every_device(test: &str, mut run: impl FnMut(&mut dyn Device)) {
     let cache = tempfile::tempdir().expect("a folder for pipelines");
     let mut ran = 0;
     for listed in oit_gpu::enumerate() {
-        match oit_gpu::open(&listed.id, cache.path()) {
+        let open = |_| oit_gpu::open(&listed.id, cache.path()).map_err(|error| error.to_string());
+        match listed.info.and_then(open) {
             Ok(mut device) => {
                 run(device.as_mut());
                 ran += 1;
             }
-            Err(error) => say(&format!("{test}: skipped on {}: {error}", listed.id)),
+            Err(reason) => say(&format!("{test}: skipped on {}: {reason}", listed.id)),
         }
     }
     if ran == 0 {

@@ -1,7 +1,5 @@
 //! Reading captures back: what a device leaves, what a pool that is too small leaves, and damage.
 
-mod support;
-
 use std::collections::HashMap;
 
 use oit_capture::{CAPTURES, Capture, CaptureError, LfbReader, Linearized, LinkedList, capture};

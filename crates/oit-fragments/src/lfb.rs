@@ -260,10 +260,7 @@ mod tests {
             Lfb::new(2, 1, vec![0, 1], vec![f]),
             Err(LfbError::OffsetCount { offsets: 2, .. })
         ));
-        assert_eq!(
-            Lfb::new(2, 1, vec![0, 2, 1], vec![f]),
-            Err(LfbError::OffsetsFall { pixel: 1 })
-        );
+        assert_eq!(Lfb::new(2, 1, vec![0, 2, 1], vec![f]), Err(LfbError::OffsetsFall { pixel: 1 }));
         assert_eq!(
             Lfb::new(2, 1, vec![0, 1, 2], vec![f]),
             Err(LfbError::Total { last: 2, fragments: 1 })

@@ -101,7 +101,8 @@ impl VertexFormat {
     }
 }
 
-/// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`.
+/// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`. An array
+/// of a function may hold anything before it is written (see the vulkan backend's `arrays`).
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shader {
     /// What it is, for messages and listings.

@@ -1,6 +1,8 @@
 //! From a technique's coordinate to a plan: capture passes, grouping passes, resolve passes.
 
-use oit_bma::{GroupRequest, Interval, Intervals, list_grouping, mask_pass, masked, stencil_target};
+use oit_bma::{
+    GroupRequest, Interval, Intervals, list_grouping, mask_pass, masked, stencil_target,
+};
 use oit_capture::{CapturePasses, CaptureRequest, Geometry};
 use oit_gpu::{
     Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,

@@ -81,13 +81,7 @@ impl ViewData {
         let camera = scene.view(view)?.camera;
         let bytes = MeshBytes::new(&scene.mesh);
         let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
-        Ok(Self {
-            mesh: scene.mesh.clone(),
-            shading: scene.shading,
-            camera,
-            geometry,
-            size,
-        })
+        Ok(Self { mesh: scene.mesh.clone(), shading: scene.shading, camera, geometry, size })
     }
 }
 

@@ -271,7 +271,8 @@ impl Experiment {
             let techniques = sweep.techniques(&place)?;
             for word in &sweep.views {
                 for (entry, view) in views(&place, word, scenes)? {
-                    let named = profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);
+                    let named =
+                        profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);
                     let mut overrides = named.map_or_else(Overrides::new, |(_, o)| o.clone());
                     overrides.extend(sweep.scene.clone());
                     for technique in &techniques {
@@ -404,7 +405,8 @@ pub(crate) fn scene_name(scene: &str, overrides: &Overrides) -> String {
     if overrides.is_empty() {
         return scene.to_owned();
     }
-    let values: Vec<String> = overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let values: Vec<String> =
+        overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
     format!("{scene}{{{}}}", values.join(","))
 }
 

@@ -20,9 +20,7 @@ pub use engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, ope
 pub use experiment::{
     Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
 };
-pub use runner::{
-    Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell,
-};
+pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
 pub use technique::{
     ALIASES, DEEPEST, MaxFrags, Schedule, Stage, Technique, TechniqueError, parse_capture,
     parse_max_frags, parse_schedule, parse_stage, parse_ties,

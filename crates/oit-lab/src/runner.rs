@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use oit_record::statistics::SplitMix64;
 use oit_record::{
-    Cell, DeviceInfo, Event, Record, RecordError, Run, RunWriter, SCHEMA_VERSION, Verdict, Verification,
+    Cell, DeviceInfo, Event, Record, RecordError, Run, RunWriter, SCHEMA_VERSION, Verdict,
+    Verification,
 };
 
 use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
@@ -142,7 +143,8 @@ pub fn run(
     let before = cells.len();
     cells.retain(|cell| only(&format!("{} {}", cell.cell.technique, cell.cell.group())));
     if cells.is_empty() {
-        let why = if before > 0 { format!(" of {before}: --only keeps none") } else { String::new() };
+        let why =
+            if before > 0 { format!(" of {before}: --only keeps none") } else { String::new() };
         return Err(RunError::NoCell(why));
     }
     let started = Instant::now();
@@ -414,7 +416,8 @@ impl Session<'_> {
             return Ok(());
         }
         let request = Request::WarmUp { cells: cells.to_vec(), at_least_ms: self.warmup_ms };
-        let allowed = self.timeout * cells.len() as u32 + Duration::from_millis(10 * self.warmup_ms);
+        let allowed =
+            self.timeout * cells.len() as u32 + Duration::from_millis(10 * self.warmup_ms);
         if let Ok(Reply::Done) = client.ask(&request, allowed) {
             return Ok(());
         }
@@ -423,16 +426,10 @@ impl Session<'_> {
     }
 
     /// One sample of each live cell of the view, in this round's order.
-    fn round(
-        &mut self,
-        sample: u32,
-        cells: &[usize],
-        client: &mut Client,
-    ) -> Result<(), RunError> {
+    fn round(&mut self, sample: u32, cells: &[usize], client: &mut Client) -> Result<(), RunError> {
         loop {
-            let missing = |&cell: &usize| {
-                self.live(cell) && !self.states[cell].sampled.contains(&sample)
-            };
+            let missing =
+                |&cell: &usize| self.live(cell) && !self.states[cell].sampled.contains(&sample);
             let mut order: Vec<usize> = cells.iter().copied().filter(missing).collect();
             if order.is_empty() {
                 return Ok(());

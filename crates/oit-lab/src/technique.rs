@@ -266,7 +266,9 @@ impl FromStr for Technique {
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
             ("base", _) => Schedule::Base,
-            (other, _) => return Err(unknown("schedule", other, ["base", "bma-stencil", "bma-list"])),
+            (other, _) => {
+                return Err(unknown("schedule", other, ["base", "bma-stencil", "bma-list"]));
+            }
         };
         let mut technique = Self {
             capture: parse_capture(capture)?,

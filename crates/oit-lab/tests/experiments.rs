@@ -73,7 +73,11 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
         ("[[sweep]]\nsorts = [\"rs\"]\nviews = [\"planes:frnt\"]\n", "x.toml:15", "front"),
         ("[[sweep]]\nsort = [\"rs\"]\nviews = [\"planes\"]\n", "x.toml:14", "sorts"),
         ("[[sweep]]\nsorts = [\"rs\"]\nmax_frags = [\"pick\"]\nviews = []\n", "x.toml:15", "peak"),
-        ("[[sweep]]\nsorts = [\"rs\"]\nstages = [\"vertex\"]\nviews = []\n", "x.toml:15", "compute"),
+        (
+            "[[sweep]]\nsorts = [\"rs\"]\nstages = [\"vertex\"]\nviews = []\n",
+            "x.toml:15",
+            "compute",
+        ),
         ("[[sweep]]\ntechniques = [\"BMA-RBS\"]\nviews = []\n", "x.toml:14", "BMA-RBS"),
         ("[[sweep]]\nstages = [\"compute\"]\nviews = []\n", "x.toml:14", "sorts"),
     ];

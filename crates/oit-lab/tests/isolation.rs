@@ -131,7 +131,8 @@ fn a_killed_run_goes_on_with_the_first_sample_that_is_missing() {
     let lines: Vec<&str> = text.lines().collect();
     // Wherever a kill cuts the file, also in the middle of a line, what is left is taken up.
     for keep in 0..lines.len() {
-        let torn = format!("{}\n{}", lines[..keep].join("\n"), &lines[keep][..lines[keep].len() / 2]);
+        let torn =
+            format!("{}\n{}", lines[..keep].join("\n"), &lines[keep][..lines[keep].len() / 2]);
         std::fs::write(&path, torn.trim_start_matches('\n')).expect("written");
         start(&setup(folder.path(), "none", "", true)).expect("it resumes");
         let record = Record::read(folder.path()).expect("a good record");

@@ -120,12 +120,23 @@ fn check(
             ordered && keys(&found) == keys(expected)
         }
     };
-    if right { Ok(()) } else { Err(format!("{given:?}\ngave {found:?}\nnot  {expected:?}")) }
+    if right {
+        return Ok(());
+    }
+    let place = found.iter().zip(expected).position(|(a, b)| a != b).unwrap_or(expected.len());
+    let near = |list: &[Fragment]| format!("{:?}", &list[place..list.len().min(place + 3)]);
+    Err(format!("from place {place} on, {} and not {}", near(&found), near(expected)))
+}
+
+/// llvmpipe, the software driver, ends a program's loops after 65,535 iterations over all its
+/// nesting and invocations: too few for an insertion sort of 512 fragments.
+fn deepest(device: &dyn Device) -> u32 {
+    if device.info().name.contains("llvmpipe") { 256 } else { 512 }
 }
 
 fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy) {
     let mut scratch = Scratch::default();
-    for interval in Intervals::powers_of_two(512).iter() {
+    for interval in Intervals::powers_of_two(deepest(device)).iter() {
         if strategy.limit().is_some_and(|limit| interval.high > limit) {
             continue;
         }

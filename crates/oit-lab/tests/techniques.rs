@@ -5,7 +5,9 @@ mod support;
 
 use oit_capture::CAPTURES;
 use oit_fragments::Ties;
-use oit_lab::{CellError, Engine, FrameSize, MaxFrags, Schedule, Stage, Technique, Verifier, open_engine};
+use oit_lab::{
+    CellError, Engine, FrameSize, MaxFrags, Schedule, Stage, Technique, Verifier, open_engine,
+};
 use oit_record::{Verdict, Verification};
 use oit_sort::SortChoice;
 
@@ -62,7 +64,9 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
             engine.open_view(support::soup(seed, SIZE)).expect("the view opens");
             let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
             for technique in all_techniques(MaxFrags::Peak) {
-                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else { continue };
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
                 let expected = if technique.sort.to_string() == "passthrough" {
                     Verdict::Approximate
                 } else {

@@ -59,9 +59,8 @@ pub fn summarize(values: &[f64], seed: u64) -> Option<Summary> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let mut rng = SplitMix64(seed);
-    let mut medians: Vec<f64> = (0..RESAMPLES)
-        .filter_map(|_| median(&resample(&sorted, &mut rng)))
-        .collect();
+    let mut medians: Vec<f64> =
+        (0..RESAMPLES).filter_map(|_| median(&resample(&sorted, &mut rng))).collect();
     medians.sort_by(f64::total_cmp);
     Some(Summary {
         samples: sorted.len(),

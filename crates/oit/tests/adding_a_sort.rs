@@ -59,7 +59,15 @@ fn a_strategy_added_as_the_page_says_appears_everywhere() {
     // A path that stays, so that a second run compiles only what changed.
     let copied = Path::new(env!("CARGO_TARGET_TMPDIR")).join("adding-a-sort");
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the target folder");
-    for part in ["Cargo.toml", "Cargo.lock", "crates", "analysis", "paper_figures/Cargo.toml", "paper_figures/src", "scenes"] {
+    for part in [
+        "Cargo.toml",
+        "Cargo.lock",
+        "crates",
+        "analysis",
+        "paper_figures/Cargo.toml",
+        "paper_figures/src",
+        "scenes",
+    ] {
         let to = copied.join(part);
         fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
         copy(&Path::new(ROOT).join(part), &to);

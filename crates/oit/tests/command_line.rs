@@ -67,8 +67,8 @@ fn a_sweep_verifies_times_and_records_every_cell() {
                 assert!(expected && events.len() == 1, "{}: {reason}", cell.technique);
             }
             Event::Verified { result, .. } => {
-                let approximate = cell.technique.contains("max8")
-                    || cell.technique.contains("passthrough");
+                let approximate =
+                    cell.technique.contains("max8") || cell.technique.contains("passthrough");
                 let verdict = if approximate { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, verdict, "{}: {:?}", cell.technique, result.note);
                 assert_eq!(events.len(), 1 + 6, "{}", cell.technique);
@@ -133,7 +133,14 @@ fn an_image_is_rendered_as_png_and_exr() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().to_string_lossy().into_owned();
     let output = oit(&[
-        "render", "scenes/planes2.toml", "--device", "cpu", "--size", "96x54", "--out", &out,
+        "render",
+        "scenes/planes2.toml",
+        "--device",
+        "cpu",
+        "--size",
+        "96x54",
+        "--out",
+        &out,
     ]);
     assert!(output.status.success(), "{}", text(&output));
     assert!(text(&output).contains("Exact"), "{}", text(&output));

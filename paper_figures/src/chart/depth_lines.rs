@@ -6,20 +6,23 @@ use crate::axis::{Axis, number};
 use crate::canvas::{Anchor, Canvas, Colour, widest};
 use crate::style::{GRID, INK};
 
+/// Depth, and the median milliseconds with the ends of their 95 % interval.
+pub(crate) type DepthPoint = (u64, [f64; 3]);
+
 /// One sort.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthLine {
+pub(crate) struct DepthLine {
     /// Its name.
     pub label: String,
     /// Its colour.
     pub colour: Colour,
-    /// Depth, median milliseconds, and the ends of the 95 % interval, by rising depth.
+    /// By rising depth.
     pub points: Vec<(u64, [f64; 3])>,
 }
 
 /// Lines under one heading.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthPanel {
+pub(crate) struct DepthPanel {
     /// The heading.
     pub title: String,
     /// The lines.
@@ -28,7 +31,7 @@ pub struct DepthPanel {
 
 /// Panels, two a row, on the same scales.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthLines(pub Vec<DepthPanel>);
+pub(crate) struct DepthLines(pub Vec<DepthPanel>);
 
 const PLOT_PX: (f64, f64) = (300.0, 260.0);
 const LEFT_PX: f64 = 50.0;
@@ -82,7 +85,7 @@ impl DepthLines {
 
         let mut labels: Vec<(f64, &DepthLine)> = Vec::new();
         for line in &panel.lines {
-            let place = |&(depth, ms): &(u64, [f64; 3])| {
+            let place = |&(depth, ms): &DepthPoint| {
                 let x = x_axis.at(depth as f64);
                 (x, ms.map(|ms| y_axis.at(ms)))
             };

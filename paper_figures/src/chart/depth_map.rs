@@ -9,7 +9,7 @@ use crate::style::INK;
 
 /// One view.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthMap {
+pub(crate) struct DepthMap {
     /// Its name.
     pub title: String,
     /// Width in pixels.
@@ -22,7 +22,7 @@ pub struct DepthMap {
 
 /// Views, two a row.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthMaps(pub Vec<DepthMap>);
+pub(crate) struct DepthMaps(pub Vec<DepthMap>);
 
 /// Width of a map on the page; a picture has twice as many pixels.
 const MAP_PX: usize = 400;

@@ -11,7 +11,7 @@ use crate::style::{GRID, INK, MUTED, marker};
 
 /// One technique.
 #[derive(Clone, PartialEq, Debug)]
-pub struct ScatterPoint {
+pub(crate) struct ScatterPoint {
     /// The technique, which gives the marker.
     pub technique: Technique,
     /// Its name.
@@ -26,7 +26,7 @@ pub struct ScatterPoint {
 
 /// Times of one kind.
 #[derive(Clone, PartialEq, Debug)]
-pub struct ScatterPanel {
+pub(crate) struct ScatterPanel {
     /// Which times.
     pub title: String,
     /// The techniques.
@@ -35,8 +35,10 @@ pub struct ScatterPanel {
 
 /// Panels side by side.
 #[derive(Clone, PartialEq, Debug)]
-pub struct ErrorScatter(pub Vec<ScatterPanel>);
+pub(crate) struct ErrorScatter(pub Vec<ScatterPanel>);
 
+/// Stands in the legend where the sort does not matter.
+const NEUTRAL: &str = "passthrough";
 const PANEL_PX: f64 = 470.0;
 const PANEL_GAP_PX: f64 = 30.0;
 const PLOT_HEIGHT_PX: f64 = 330.0;
@@ -86,11 +88,11 @@ impl ErrorScatter {
             sorts.iter().map(|sort| (neutral("base", sort, ""), (*sort).to_owned())).collect(),
             schedules
                 .iter()
-                .map(|schedule| (neutral(schedule, "passthrough", ""), (*schedule).to_owned()))
+                .map(|schedule| (neutral(schedule, NEUTRAL, ""), (*schedule).to_owned()))
                 .chain(stages.iter().map(|stage| {
                     let what =
                         if *stage == "compute" { "hollow: compute" } else { "filled: fragment" };
-                    (neutral("base", "passthrough", stage), format!("{what} stage"))
+                    (neutral("base", NEUTRAL, stage), format!("{what} stage"))
                 }))
                 .collect(),
         ]
@@ -107,7 +109,9 @@ impl ErrorScatter {
         let times = || panel.points.iter().map(|point| point.ms);
         let (fastest, slowest) =
             (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-        let y_axis = Axis::log(fastest / 1.3, slowest * 1.3, bottom, plot_top);
+        // A fifth of the height is left below the fastest, for the numbers of the front.
+        let span = (slowest * 1.3 / fastest).max(2.0);
+        let y_axis = Axis::log(fastest / span.powf(0.25), fastest * span, bottom, plot_top);
         let errors = || panel.points.iter().map(|point| point.rmse).filter(|&rmse| rmse > 0.0);
         let smallest = errors().fold(f64::INFINITY, f64::min).min(0.1);
         let largest = errors().fold(0.0, f64::max).max(smallest * 10.0);

@@ -8,7 +8,7 @@ use crate::style::{GRID, INK};
 
 /// One view.
 #[derive(Clone, PartialEq, Debug)]
-pub struct HistogramSeries {
+pub(crate) struct HistogramSeries {
     /// Its name.
     pub label: String,
     /// Its colour.
@@ -19,7 +19,7 @@ pub struct HistogramSeries {
 
 /// Views over one another.
 #[derive(Clone, PartialEq, Debug)]
-pub struct DepthHistogram(pub Vec<HistogramSeries>);
+pub(crate) struct DepthHistogram(pub Vec<HistogramSeries>);
 
 const PLOT_PX: (f64, f64) = (640.0, 320.0);
 const LEFT_PX: f64 = 70.0;
@@ -64,6 +64,8 @@ impl Chart for DepthHistogram {
         let middle = (plot + PLOT_PX.0 / 2.0, bottom + 36.0);
         canvas.text(middle, LABEL_PX, INK, Anchor::Middle, title);
         for (row, series) in self.0.iter().enumerate() {
+            // What is drawn later is smaller, so that two views of the same depths both show.
+            let size = (self.0.len() - 1 - row).min(3) as f64;
             // A line breaks where no pixel has that many fragments: a logarithm has no zero.
             let mut run: Vec<(f64, f64)> = Vec::new();
             for (depth, &pixels) in series.pixels.iter().enumerate().skip(1) {
@@ -72,9 +74,9 @@ impl Chart for DepthHistogram {
                     run.push((x, y_axis.at(pixels as f64)));
                     continue;
                 }
-                draw_run(canvas, &mut run, series.colour);
+                draw_run(canvas, &mut run, series.colour, size);
             }
-            draw_run(canvas, &mut run, series.colour);
+            draw_run(canvas, &mut run, series.colour, size);
             let (x, y) = (plot + PLOT_PX.0 + 10.0, top + (row as f64 + 0.5) * LABEL_STEP_PX);
             canvas.line(&[(x, y), (x + 16.0, y)], series.colour, 2.5);
             canvas.text((x + 22.0, y), LABEL_PX, INK, Anchor::Start, &series.label);
@@ -85,11 +87,11 @@ impl Chart for DepthHistogram {
 }
 
 /// Draws and empties a run of neighbouring depths. A single one is a dot.
-fn draw_run(canvas: &mut Canvas, run: &mut Vec<(f64, f64)>, colour: Colour) {
+fn draw_run(canvas: &mut Canvas, run: &mut Vec<(f64, f64)>, colour: Colour, size: f64) {
     match run.as_slice() {
         [] => {}
-        [dot] => canvas.circle(*dot, 2.5, colour),
-        line => canvas.line(line, colour, 2.0),
+        [dot] => canvas.circle(*dot, 2.5 + size, colour),
+        line => canvas.line(line, colour, 1.5 + size),
     }
     run.clear();
 }

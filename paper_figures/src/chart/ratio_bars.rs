@@ -4,11 +4,11 @@ use super::{Chart, LABEL_PX, SMALL_PX};
 use crate::FigureError;
 use crate::axis::Axis;
 use crate::canvas::{Anchor, Canvas, Colour, widest};
-use crate::style::{GRID, INK, MUTED};
+use crate::style::{GRID, INK, MUTED, PAPER};
 
 /// One ratio.
 #[derive(Clone, PartialEq, Debug)]
-pub struct RatioBar {
+pub(crate) struct RatioBar {
     /// What is compared.
     pub label: String,
     /// Its colour.
@@ -25,7 +25,7 @@ pub struct RatioBar {
 
 /// Ratios under one heading.
 #[derive(Clone, PartialEq, Debug)]
-pub struct RatioPanel {
+pub(crate) struct RatioPanel {
     /// The heading.
     pub title: String,
     /// The bars, top to bottom.
@@ -34,7 +34,7 @@ pub struct RatioPanel {
 
 /// Panels of ratios on one scale.
 #[derive(Clone, PartialEq, Debug)]
-pub struct RatioBars {
+pub(crate) struct RatioBars {
     /// What the scale shows.
     pub axis_title: String,
     /// What it means to lie left of 1, and right of it.
@@ -104,9 +104,12 @@ impl Chart for RatioBars {
                 let end = axis.at(bar.ratio);
                 canvas.rectangle((one, y + 3.0), (end, y + BAR_PX - 3.0), bar.colour);
                 let (low, high) = (axis.at(bar.low), axis.at(bar.high));
-                canvas.line(&[(low, centre), (high, centre)], INK, 1.5);
-                for x in [low, high] {
-                    canvas.line(&[(x, centre - 4.0), (x, centre + 4.0)], INK, 1.5);
+                // A white edge keeps the whisker apart from a dark bar.
+                for (colour, width) in [(PAPER, 3.5), (INK, 1.5)] {
+                    canvas.line(&[(low, centre), (high, centre)], colour, width);
+                    for x in [low, high] {
+                        canvas.line(&[(x, centre - 4.0), (x, centre + 4.0)], colour, width);
+                    }
                 }
                 canvas.text((plot - 8.0, centre), LABEL_PX, INK, Anchor::End, &bar.label);
                 let beside = plot + PLOT_PX + 10.0;

@@ -9,7 +9,7 @@ use crate::style::{GRID, INK, sort_colour};
 
 /// One technique.
 #[derive(Clone, PartialEq, Debug)]
-pub struct StageBar {
+pub(crate) struct StageBar {
     /// Its name.
     pub label: String,
     /// Its sort, which gives the colour of its resolve.
@@ -22,7 +22,7 @@ pub struct StageBar {
 
 /// Bars of one view.
 #[derive(Clone, PartialEq, Debug)]
-pub struct StageBars(pub Vec<StageBar>);
+pub(crate) struct StageBars(pub Vec<StageBar>);
 
 const BAR_PX: f64 = 20.0;
 const PLOT_PX: f64 = 480.0;
@@ -31,7 +31,7 @@ const SCALE_PX: f64 = 46.0;
 
 /// The colour of a stage.
 #[must_use]
-pub fn stage_colour(stage: &str, sort: &str) -> Colour {
+pub(super) fn stage_colour(stage: &str, sort: &str) -> Colour {
     let grey = |level: u8| Colour(level, level, level);
     match stage {
         "clear" => grey(0xe0),
@@ -82,9 +82,9 @@ impl Chart for StageBars {
         let axis = Axis::linear(0.0, longest.fold(0.0, f64::max) * 1.02, plot, plot + PLOT_PX);
         let mut x = plot;
         for stage in self.stages() {
-            // A sort without a colour of its own is black: the legend shows how group and resolve
-            // differ, not whose they are.
-            let colour = stage_colour(stage, "");
+            // Any bar will do: the legend shows how group and resolve differ, not whose they are.
+            let sort = self.0.first().map_or("", |bar| bar.sort.as_str());
+            let colour = stage_colour(stage, sort);
             canvas.rectangle((x, top + 2.0), (x + 14.0, top + 14.0), colour);
             canvas.text((x + 19.0, top + 8.0), SMALL_PX, INK, Anchor::Start, stage);
             x += 19.0 + text_width(stage, SMALL_PX)? + 16.0;

@@ -8,7 +8,7 @@ use crate::style::{GRID, INK, MARKED, MUTED};
 
 /// Tables, one below the other.
 #[derive(Clone, Debug)]
-pub struct TableImage(pub Vec<Table>);
+pub(crate) struct TableImage(pub Vec<Table>);
 
 const TEXT_PX: f64 = 12.0;
 const HEADING_PX: f64 = 14.0;

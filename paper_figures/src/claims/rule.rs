@@ -65,16 +65,15 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
-    /// The time of a technique on one view over that on another.
-    ViewRatio {
+    /// The time of a technique on the slower of two views over that on the faster. Which of them is
+    /// the slower depends on the order in which lists are read, and is no part of the claims.
+    Direction {
         /// The technique.
         technique: String,
         /// The stage.
         stage: String,
-        /// The view above the line.
-        view: View,
-        /// The view below it.
-        over: View,
+        /// The two views.
+        views: (View, View),
         /// The bounds.
         #[serde(flatten)]
         bounds: Bounds,
@@ -214,7 +213,7 @@ impl Rule {
         let named: Vec<&String> = match self {
             Self::Speedup { technique, over, .. } => over.iter().chain([technique]).collect(),
             Self::Fastest { technique, among, .. } => among.iter().chain([technique]).collect(),
-            Self::Share { technique, .. } | Self::ViewRatio { technique, .. } => vec![technique],
+            Self::Share { technique, .. } | Self::Direction { technique, .. } => vec![technique],
             Self::Synergy { whole, parts, baseline, .. } => {
                 parts.iter().chain([whole, baseline]).collect()
             }
@@ -241,9 +240,10 @@ impl Rule {
                 })?;
                 (combine.of(&figures), *bounds, detail)
             }
-            Self::ViewRatio { technique, stage, view, over, bounds } => {
-                let (above, below) = (time(technique, view, stage)?, time(technique, over, stage)?);
-                (above / below, *bounds, format!("{above:.3} ms over {below:.3} ms"))
+            Self::Direction { technique, stage, views: (first, second), bounds } => {
+                let (a, b) = (time(technique, first, stage)?, time(technique, second, stage)?);
+                let detail = format!("{} {a:.3} ms, {} {b:.3} ms", first.1, second.1);
+                (a.max(b) / a.min(b), *bounds, detail)
             }
             Self::Fastest { technique, among, stage, views, within, bounds } => {
                 let (figures, detail) = each(views, evidence, |view| {

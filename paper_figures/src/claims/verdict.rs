@@ -180,9 +180,17 @@ pub fn printed(verdicts: &[Verdict]) -> String {
     let mut text = String::new();
     let mut device = "";
     for verdict in verdicts {
+        let of_device = || verdicts.iter().filter(|other| other.device == verdict.device);
+        let none = of_device().all(|other| other.figure().is_none());
         if verdict.device != device {
             device = &verdict.device;
             text += &format!("\n{device}\n");
+            if none {
+                text += "  no claim can be tested by its records\n";
+            }
+        }
+        if none {
+            continue;
         }
         let (word, id) = (verdict.word(), &verdict.claim.id);
         let (own, paper) = (figure(verdict.figure()), figure(verdict.published));

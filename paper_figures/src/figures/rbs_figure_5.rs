@@ -26,7 +26,7 @@ impl Figure for RbsFigure5 {
     }
 
     fn needs(&self) -> &'static str {
-        "counts/SCENE_VIEW_WIDTHxHEIGHT.png in a run folder"
+        "counts/SCENE_VIEW_WIDTHxHEIGHT.png in a run folder, of pixels that differ in depth complexity"
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
@@ -37,7 +37,10 @@ impl Figure for RbsFigure5 {
                 let path = counts_path(&group);
                 if path.exists() {
                     let map = read(&path, &group)?;
-                    found.push((group, map));
+                    // One colour all over says no more than its title.
+                    if map.counts.iter().any(|count| Some(count) != map.counts.first()) {
+                        found.push((group, map));
+                    }
                 }
             }
             if !found.is_empty() {

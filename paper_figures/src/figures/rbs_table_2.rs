@@ -49,6 +49,10 @@ impl Figure for RbsTable2 {
                 "T: total. R: resolve, with the grouping of pixels where the schedule is bma. \
                  Medians. Marked: within 5 % of the fastest of the column."
                     .to_owned(),
+                "Fwd and Rev: submitted front to back, and back to front. Which of them a sort \
+                 finds sorted depends on how lists are read and on which end is sorted first, and \
+                 may differ from the paper."
+                    .to_owned(),
                 "The paper's names mean linked lists and the fragment stage. Our planes and \
                  hairball are generated and not the paper's files: compare ratios, not times."
                     .to_owned(),

@@ -9,13 +9,16 @@ use super::Figure;
 use super::ratios::{self, families};
 use crate::FigureError;
 use crate::axis::three_digits;
-use crate::chart::{DepthLine, DepthLines, DepthPanel};
+use crate::chart::{DepthLine, DepthLines, DepthPanel, DepthPoint};
 use crate::data::{Group, groups, slug};
 use crate::output::{Csv, Output, Stamp, Table};
 use crate::style::sort_colour;
 
 /// Sorts against depth complexity.
 pub(super) struct SortDepths;
+
+/// Run, scene, view and resolution: all that groups of one chart share. The depth differs.
+type Series<'a> = (String, &'a str, &'a str, [u32; 2]);
 
 impl Figure for SortDepths {
     fn name(&self) -> &'static str {
@@ -31,9 +34,7 @@ impl Figure for SortDepths {
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
-        // One run, scene, view and resolution; the depth is what differs.
-        let mut series: BTreeMap<(String, &str, &str, [u32; 2]), BTreeMap<u64, Group>> =
-            BTreeMap::new();
+        let mut series: BTreeMap<Series, BTreeMap<u64, Group>> = BTreeMap::new();
         for group in groups(tables, ratios::wanted) {
             let Some(depth) = uniform_depth(&group) else { continue };
             let size = [group.width_px, group.height_px];
@@ -71,7 +72,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
         "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
-    let mut lines: BTreeMap<String, BTreeMap<&str, Vec<(u64, [f64; 3])>>> = BTreeMap::new();
+    let mut lines: BTreeMap<String, BTreeMap<&str, Vec<DepthPoint>>> = BTreeMap::new();
     for (depth, group) in depths {
         for (family, sorts) in families(group) {
             for (sort, cell) in sorts {

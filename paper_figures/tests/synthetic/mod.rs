@@ -9,7 +9,7 @@ use oit_record::{
 };
 
 /// Views, with the depth of their deepest pixel.
-pub const VIEWS: &[(&str, &str, u32)] = &[
+pub(crate) const VIEWS: &[(&str, &str, u32)] = &[
     ("planes", "front", 128),
     ("planes", "back", 128),
     ("hairball", "inside-front", 200),
@@ -21,7 +21,7 @@ pub const VIEWS: &[(&str, &str, u32)] = &[
 ];
 
 /// The technique that gets its picture wrong, in an impossibly short time.
-pub const WRONG: &str = "linked_list/base/network+rbs/compute/peak";
+pub(crate) const WRONG: &str = "linked_list/base/network+rbs/compute/peak";
 
 const WIDTH_PX: u32 = 96;
 const HEIGHT_PX: u32 = 54;
@@ -128,7 +128,7 @@ fn verification(technique: &str, peak: u32) -> Verification {
 }
 
 /// Writes a run folder of a device named so.
-pub fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
+pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
     let folder = root.join(folder);
     let cells: Vec<(Cell, u32)> = VIEWS
         .iter()
@@ -186,7 +186,7 @@ pub fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
 }
 
 /// Writes the map of counts that belongs to the hairball from inside.
-pub fn write_counts(run: &Path) -> PathBuf {
+pub(crate) fn write_counts(run: &Path) -> PathBuf {
     let counts = run.join("counts");
     std::fs::create_dir_all(&counts).unwrap();
     let path = counts.join(format!("hairball_inside-front_{WIDTH_PX}x{HEIGHT_PX}.png"));

@@ -4,6 +4,7 @@
 //! wrote and no pass overlaps the next. A plan's commands are recorded once, so that running it
 //! costs the host one submission.
 
+mod arrays;
 mod formats;
 mod gpu;
 mod instance;

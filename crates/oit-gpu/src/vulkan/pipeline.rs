@@ -1,5 +1,6 @@
 //! Pipelines: SPIR-V from naga, layouts from the reflection, and the driver's cache.
 
+use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
 use super::{failure, formats};
 use crate::GpuError;
@@ -323,5 +324,6 @@ fn spirv(
         ..spv::Options::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage, entry_point: entry_point.to_owned() };
-    spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))
+    let words = spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))?;
+    Ok(leave_arrays_unset(&words))
 }

@@ -7,7 +7,7 @@ use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
 
 /// The ids of the GPUs there are, software ones too. None is a visible skip, and a failure where
 /// `OIT_REQUIRE_GPU=1` says that there must be one.
-pub fn gpus() -> Vec<String> {
+pub(crate) fn gpus() -> Vec<String> {
     let listed = oit_gpu::enumerate();
     let usable: Vec<String> =
         listed.into_iter().filter(|device| device.info.is_ok()).map(|device| device.id).collect();
@@ -20,19 +20,19 @@ pub fn gpus() -> Vec<String> {
 }
 
 /// The same, and the CPU.
-pub fn devices() -> Vec<String> {
+pub(crate) fn devices() -> Vec<String> {
     let mut devices = gpus();
     devices.push("cpu".into());
     devices
 }
 
 /// A folder for compiled pipelines that ends with the test.
-pub fn cache() -> tempfile::TempDir {
+pub(crate) fn cache() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
 /// A small soup of intersecting triangles, its triangles in an order of this seed.
-pub fn soup(seed: u64, size: FrameSize) -> ViewData {
+pub(crate) fn soup(seed: u64, size: FrameSize) -> ViewData {
     let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
     let scene = oit_scene::load(&path.join("random_triangles.toml"), &Default::default());
     let mut scene: Scene = scene.expect("a scene of this repository");
@@ -43,7 +43,7 @@ pub fn soup(seed: u64, size: FrameSize) -> ViewData {
 }
 
 /// `count` squares that fill the view, as deep as wanted.
-pub fn stack(count: u32, size: FrameSize) -> ViewData {
+pub(crate) fn stack(count: u32, size: FrameSize) -> ViewData {
     let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
     let text = format!("count = {count}\norder = \"random\"\nsize = 1.2");
     let overrides = text.parse::<toml::Table>().expect("TOML").into_iter().collect();

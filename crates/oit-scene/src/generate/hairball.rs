@@ -11,9 +11,10 @@ use crate::{Mesh, Parameter, Params, SplitMix64, Vertex};
 /// is a single mesh with sorted geometry.
 ///
 /// The ribbons lie across the line from the core, and all of them are written level by level: the
-/// +z half from its tips inward, then the -z half from the core outward. So from the origin the
-/// fragments of a pixel arrive front to back when looking to -z and back to front when looking to
-/// +z, up to the depth of one level.
+/// +z half from the core outward, then the -z half from its tips inward. So from the origin the
+/// fragments of a pixel arrive back to front when looking to -z and front to back when looking to
+/// +z, up to the depth of one level. A linked list, read from its head, meets them the other way
+/// round: sorted when looking to -z.
 pub(super) struct Hairball;
 
 const PARAMETERS: &[Parameter] = &[
@@ -49,9 +50,9 @@ impl Generator for Hairball {
                 (0..strands).map(|i| Strand::new(i, side, params, &mut random)).collect();
             let first = mesh.vertices.len() as u32;
             for level in 0..=levels {
-                // The +z half is written from the tips (1) to the core (0).
+                // The -z half is written from the tips (1) to the core (0).
                 let along = level as f32 / levels as f32;
-                let along = if side > 0.0 { 1.0 - along } else { along };
+                let along = if side < 0.0 { 1.0 - along } else { along };
                 mesh.vertices.extend(half.iter().flat_map(|strand| strand.edge(along, params)));
             }
             push_levels(&mut mesh, first, strands as u32, levels as u32);

@@ -1,4 +1,4 @@
-//! Insertion sort in a local array: the baseline of all five papers.
+//! Insertion sort in a local array: the baseline of the papers.
 
 use crate::{End, SortSpec, SortStrategy, Store};
 use oit_fragments::{Fragment, Ties};

@@ -22,7 +22,7 @@ impl SortStrategy for Merge {
     }
 
     fn citation(&self) -> &'static str {
-        "Knowles, Leach, Zambetta 2012, section 20.5; 2013, section on sorting"
+        "Knowles, Leach, Zambetta 2012, section 20.5, and 2013, section 4"
     }
 
     fn stores(&self) -> &'static [Store] {

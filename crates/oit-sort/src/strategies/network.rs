@@ -55,7 +55,8 @@ impl SortStrategy for Network {
         match spec.ties {
             Ties::Total => run(comparators, fragments, |a, b| (a.min(b), a.max(b))),
             Ties::Depth => {
-                run(comparators, fragments, |a, b| if a >> 32 > b >> 32 { (b, a) } else { (a, b) })
+                let nearer_first = |a, b| if a >> 32 > b >> 32 { (b, a) } else { (a, b) };
+                run(comparators, fragments, nearer_first);
             }
         }
     }

@@ -56,7 +56,11 @@ fn blocks(set: &str) -> Vec<String> {
                 .into(),
         ],
         _ => [8, 16, 32, 64, 128]
-            .map(|n| format!("views = [\"stack:front\"]\nscene = {{ count = {n}, order = \"random\" }}\n"))
+            .map(|n| {
+                format!(
+                    "views = [\"stack:front\"]\nscene = {{ count = {n}, order = \"random\" }}\n"
+                )
+            })
             .into(),
     }
 }
@@ -145,8 +149,10 @@ fn page(record: &Record, subject: &str) -> miette::Result<String> {
         let _ = writeln!(text, "\n{group}");
         let own = cells.get(subject).copied();
         let own_samples = own.and_then(resolve);
-        let Some(own_samples) = own_samples.filter(|_| own.is_some_and(|c| timed(record, c))) else {
-            let why = own.and_then(|cell| ending(record, cell)).unwrap_or_else(|| "not timed".into());
+        let Some(own_samples) = own_samples.filter(|_| own.is_some_and(|c| timed(record, c)))
+        else {
+            let why =
+                own.and_then(|cell| ending(record, cell)).unwrap_or_else(|| "not timed".into());
             let _ = writeln!(text, "  {subject}: {why}");
             continue;
         };
@@ -198,9 +204,7 @@ fn ending(record: &Record, cell: usize) -> Option<String> {
     record.events.iter().find_map(|event| match event {
         Event::Skipped { cell: of, reason } if *of == cell => Some(format!("skipped: {reason}")),
         Event::Failed { cell: of, reason } if *of == cell => Some(format!("failed: {reason}")),
-        Event::Verified { cell: of, result }
-            if *of == cell && result.verdict == Verdict::Wrong =>
-        {
+        Event::Verified { cell: of, result } if *of == cell && result.verdict == Verdict::Wrong => {
             Some(format!("wrong: {}", result.note.clone().unwrap_or_default()))
         }
         _ => None,

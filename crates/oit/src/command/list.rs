@@ -54,7 +54,9 @@ fn row(name: &str, text: &str) {
 fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
     match what {
         What::Techniques => {
-            println!("  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN], where");
+            println!(
+                "  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN], where"
+            );
             let join = |names: Vec<&str>| names.join(" | ");
             row("capture", &join(CAPTURES.iter().map(|capture| capture.name()).collect()));
             row("schedule", "base | bma-stencil (fragment stage) | bma-list (compute stage)");
@@ -90,7 +92,8 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
         }
         What::Scenes => {
             for scene in oit_scene::list(&arguments.scenes).map_err(report)? {
-                let about = scene.about.split(". ").next().unwrap_or_default().trim_end_matches('.');
+                let about =
+                    scene.about.split(". ").next().unwrap_or_default().trim_end_matches('.');
                 row(&scene.name, &about.replace('\n', " "));
                 row("", &format!("views: {}", scene.views.join(", ")));
                 if let Asset::Missing(path) = scene.asset {

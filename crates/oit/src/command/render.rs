@@ -42,8 +42,12 @@ pub(crate) struct Arguments {
 pub(crate) fn size(text: &str) -> miette::Result<FrameSize> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     match parsed {
-        Some((width_px @ 1..=16384, height_px @ 1..=16384)) => Ok(FrameSize { width_px, height_px }),
-        _ => Err(miette!("{text:?} is no size: write width x height, each 1 to 16384, as 1920x1080")),
+        Some((width_px @ 1..=16384, height_px @ 1..=16384)) => {
+            Ok(FrameSize { width_px, height_px })
+        }
+        _ => {
+            Err(miette!("{text:?} is no size: write width x height, each 1 to 16384, as 1920x1080"))
+        }
     }
 }
 
@@ -62,7 +66,8 @@ pub(crate) fn overrides(pairs: &[String]) -> miette::Result<oit_lab::Overrides> 
 }
 
 fn background(text: &str) -> miette::Result<[f32; 3]> {
-    let channels: Vec<f32> = text.split(',').filter_map(|channel| channel.trim().parse().ok()).collect();
+    let channels: Vec<f32> =
+        text.split(',').filter_map(|channel| channel.trim().parse().ok()).collect();
     channels.try_into().map_err(|_| miette!("{text:?} is no colour: write three numbers, as 1,1,1"))
 }
 
@@ -71,8 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let size = size(&arguments.size)?;
     let background = background(&arguments.background)?;
-    let scene =
-        oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
+    let scene = oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
     let view = arguments.view.clone().unwrap_or_else(|| scene.views[0].name.clone());
     let data = ViewData::new(&scene, &view, size).map_err(report)?;
     let device = device_id(&arguments.device)?;
@@ -80,8 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let histogram = engine.open_view(data).map_err(report)?;
     let mut verifier = Verifier::new(&mut *engine).map_err(report)?;
     let (ready, preparation) = engine.prepare(&technique).map_err(report)?;
-    let result =
-        verifier.verify(&mut *engine, &technique, ready, &preparation).map_err(report)?;
+    let result = verifier.verify(&mut *engine, &technique, ready, &preparation).map_err(report)?;
     let image = engine.picture(ready).map_err(report)?;
     let counts: Vec<u32> = verifier.reference().counts().collect();
     std::fs::create_dir_all(&arguments.out).into_diagnostic()?;
@@ -90,8 +93,18 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     write_exr(&path(".exr"), &image, Some(&counts)).map_err(report)?;
     let (width, height) = (size.width_px, size.height_px);
     false_color_png(&path("-depth.png"), width, height, &counts).map_err(report)?;
-    println!("{} triangles, {} fragments, up to {} on one of {} covered pixels", scene.mesh.triangle_count(), histogram.total(), histogram.peak(), histogram.covered());
-    println!("{technique} on {device}: {:?}{}", result.verdict, result.note.map_or_else(String::new, |note| format!(", {note}")));
+    println!(
+        "{} triangles, {} fragments, up to {} on one of {} covered pixels",
+        scene.mesh.triangle_count(),
+        histogram.total(),
+        histogram.peak(),
+        histogram.covered()
+    );
+    println!(
+        "{technique} on {device}: {:?}{}",
+        result.verdict,
+        result.note.map_or_else(String::new, |note| format!(", {note}"))
+    );
     println!("{}", path(".png").display());
     Ok(())
 }

@@ -59,9 +59,8 @@ pub(crate) fn setup(
         out,
         resume: false,
         cache: cache_folder(),
-        commit: option_env!("OIT_GIT_COMMIT").map(|commit| {
-            (commit.to_owned(), option_env!("OIT_GIT_DIRTY") == Some("true"))
-        }),
+        commit: option_env!("OIT_GIT_COMMIT")
+            .map(|commit| (commit.to_owned(), option_env!("OIT_GIT_DIRTY") == Some("true"))),
         command: command_line(),
         worker: vec![program.to_string_lossy().into_owned(), "worker".into()],
     })
