@@ -139,13 +139,12 @@ impl Engine for GpuEngine {
             let needed = with_reader(&mut *self.device, id, size, pool_fragments, |reader| {
                 technique.capture.needed(reader)
             })?;
+            if needed != total {
+                return Err(CellError::Failed(format!(
+                    "the capture met {needed} fragments and the count pass {total}"
+                )));
+            }
             if needed > pool_fragments {
-                if pool_grown > 0 {
-                    return Err(CellError::Failed(format!(
-                        "a pool of {pool_fragments} fragments, grown to the counted size, is \
-                         still too small: {needed} are needed"
-                    )));
-                }
                 pool_fragments = needed;
                 pool_grown += 1;
                 continue;

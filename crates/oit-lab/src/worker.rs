@@ -226,17 +226,29 @@ impl Worker {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
         let started = Instant::now();
-        let (ready, preparation) = self.engine()?.prepare(&technique)?;
+        let prepared = self.prepare_and_verify(&technique, verify);
+        let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
+        self.spent.prepare_ms += prepare_ms;
+        self.spent.verify_ms += ms(started) - prepare_ms;
+        let (ready, _, verification) = prepared?;
+        self.ready.insert(cell, ready);
+        Ok(verification.map(Box::new))
+    }
+
+    /// The technique, milliseconds until its pipelines were ready, and how it compares.
+    fn prepare_and_verify(
+        &mut self,
+        technique: &Technique,
+        verify: bool,
+    ) -> Result<(Ready, f64, Option<Verification>), CellError> {
+        let (ready, preparation) = self.engine()?.prepare(technique)?;
         let verification = match (verify, &mut self.verifier, &mut self.engine) {
             (true, Some(verifier), Some(engine)) => {
-                Some(verifier.verify(&mut **engine, &technique, ready, &preparation)?)
+                Some(verifier.verify(&mut **engine, technique, ready, &preparation)?)
             }
             _ => None,
         };
-        self.ready.insert(cell, ready);
-        self.spent.prepare_ms += preparation.prepare_ms;
-        self.spent.verify_ms += ms(started) - preparation.prepare_ms;
-        Ok(verification.map(Box::new))
+        Ok((ready, preparation.prepare_ms, verification))
     }
 
     fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {

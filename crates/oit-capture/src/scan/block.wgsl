@@ -14,6 +14,8 @@ fn main(
     var values: array<u32, 4>;
     var own = 0u;
     for (var i = 0u; i < 4u; i++) {
+        // Written in any case: an array holds anything before that.
+        values[i] = 0u;
         if (first + i < LENGTH) {
             values[i] = VALUES[first + i];
         }
