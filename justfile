@@ -49,7 +49,7 @@ compare STRATEGY *ARGS: setup build build-figures
     set -euo pipefail
     run=runs/compare-$1-$(date -u +%Y%m%dT%H%M%SZ)
     {{ oit }} compare "$@" --out "$run"
-    {{ paper_figures }} --records "$run" --out "paper_figures/out/local/compare-$1"
+    {{ paper_figures }} compare "$run" --sort "$1" --out "paper_figures/out/local/compare-$1"
     echo "Measurements: $run"
     echo "Figures:      paper_figures/out/local/compare-$1"
 
@@ -106,4 +106,5 @@ build:
 
 [private]
 build-figures:
-    cargo build --locked --profile figures -p paper_figures
+    # Both packages, as in `test`: with one alone polars would have other features, and be built again.
+    cargo build --locked --profile figures -p analysis -p paper_figures

@@ -106,6 +106,9 @@ pub enum Rule {
         stage: String,
         /// The views.
         views: Vec<View>,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
     },
     /// The mean of the device memory of one technique over that of another.
     Memory {
@@ -253,7 +256,7 @@ impl Rule {
                 let detail = format!("time over the fastest other: {detail}");
                 (near as f64 / figures.len() as f64, *bounds, detail)
             }
-            Self::Synergy { whole, parts, baseline, stage, views } => {
+            Self::Synergy { whole, parts, baseline, stage, views, bounds } => {
                 let mean = |technique: &str| -> Result<f64, String> {
                     let (figures, _) = each(views, evidence, |view| {
                         Ok(time(baseline, view, stage)? / time(technique, view, stage)?)
@@ -263,9 +266,8 @@ impl Rule {
                 let whole = mean(whole)?;
                 let parts = parts.iter().map(|part| mean(part)).collect::<Result<Vec<f64>, _>>()?;
                 let product: f64 = parts.iter().product();
-                let bounds = Bounds { above: Some(1.0), ..Bounds::default() };
                 let parts: Vec<String> = parts.iter().map(|part| format!("{part:.2}")).collect();
-                (whole / product, bounds, format!("{whole:.2} against {}", parts.join(" × ")))
+                (whole / product, *bounds, format!("{whole:.2} against {}", parts.join(" × ")))
             }
             Self::Memory { technique, over, views, bounds } => {
                 let (figures, detail) = each(views, evidence, |view| {

@@ -49,9 +49,8 @@ impl Figure for RbsTable2 {
                 "T: total. R: resolve, with the grouping of pixels where the schedule is bma. \
                  Medians. Marked: within 5 % of the fastest of the column."
                     .to_owned(),
-                "Fwd and Rev: submitted front to back, and back to front. Which of them a sort \
-                 finds sorted depends on how lists are read and on which end is sorted first, and \
-                 may differ from the paper."
+                "Fwd and Rev: what a linked list holds is nearly sorted, and nearly reversed. Lists \
+                 are read last in first out, so Fwd is submitted from far to near."
                     .to_owned(),
                 "The paper's names mean linked lists and the fragment stage. Our planes and \
                  hairball are generated and not the paper's files: compare ratios, not times."
