@@ -104,7 +104,8 @@ fn a_strategy_added_as_the_page_says_appears_everywhere() {
     let text = fs::read_to_string(&manifest).expect("the manifest");
     let bin = "\n[[bin]]\nname = \"oit-with-selection\"\npath = \"src/main.rs\"\n";
     fs::write(&manifest, text + bin).expect("written");
-    run("cargo", &["build", "--locked", "--package", "oit"], &copied, target);
+    let build = ["build", "--locked", "--package", "oit", "--bin", "oit-with-selection"];
+    run("cargo", &build, &copied, target);
     let oit = target.join("debug/oit-with-selection");
     let oit = oit.to_string_lossy();
     let listing = run(&oit, &["list", "sorts"], &copied, target);
