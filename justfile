@@ -4,9 +4,13 @@
 set shell := ["bash", "-euo", "pipefail", "-c"]
 set ignore-comments
 
+# Mesa's layers complain where it is not set, as on a server.
+export XDG_RUNTIME_DIR := env("XDG_RUNTIME_DIR", "/tmp")
+
 target := env("CARGO_TARGET_DIR", "target")
 oit := target / "release/oit"
 paper_figures := target / "figures/paper-figures"
+analysis := target / "figures/analysis"
 recorded := "experiments/recorded"
 
 # List the recipes.
@@ -25,9 +29,10 @@ reproduce: setup build build-figures
     # A wrong or failed cell does not keep the others from being drawn, but the recipe fails in the end.
     status=0
     {{ oit }} sweep experiments/*.toml --profile quick --out "$run" || status=$?
+    {{ analysis }} tables "$run" --out "$run/tables"
     {{ paper_figures }} --records {{ recorded }} --records "$run" --out paper_figures/out/local
     {{ paper_figures }} verdicts --records {{ recorded }} --records "$run"
-    echo "Measurements: $run"
+    echo "Measurements: $run, as tables in $run/tables"
     echo "Figures:      paper_figures/out/local/index.md"
     exit "$status"
 

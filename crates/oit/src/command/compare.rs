@@ -58,7 +58,7 @@ fn blocks(set: &str) -> Vec<String> {
         _ => [8, 16, 32, 64, 128]
             .map(|n| {
                 format!(
-                    "views = [\"stack:front\"]\nscene = {{ count = {n}, order = \"random\" }}\n"
+                    "views = [\"stack:front\"]\nscene = {{ count = {n}, order = \"random\", size = 1.8 }}\n"
                 )
             })
             .into(),
