@@ -333,7 +333,10 @@ impl Session<'_> {
             return Ok(());
         }
         for &cell in &cells {
-            self.prepare(cell, &cells, client)?;
+            // Losing a worker on an earlier cell may have ended the others too.
+            if self.unfinished(cell) {
+                self.prepare(cell, &cells, client)?;
+            }
         }
         cells.retain(|&cell| self.live(cell));
         if cells.is_empty() {

@@ -22,9 +22,12 @@ fn print(device: &DeviceInfo) {
         let range = if low == high { low.to_string() } else { format!("{low} to {high}") };
         println!("  subgroup size        {range}");
     }
-    println!("  storage buffer       up to {}", bytes(device.max_storage_buffer_bytes));
-    println!("  workgroup memory     up to {}", bytes(device.max_workgroup_bytes));
-    println!("  workgroup            up to {} invocations", device.max_workgroup_invocations);
+    // The CPU's twins have no bindings and no workgroups.
+    if device.backend != "cpu" {
+        println!("  storage buffer       up to {}", bytes(device.max_storage_buffer_bytes));
+        println!("  workgroup memory     up to {}", bytes(device.max_workgroup_bytes));
+        println!("  workgroup            up to {} invocations", device.max_workgroup_invocations);
+    }
     match device.timestamp_period_ns {
         Some(period) => println!("  timestamp            every {period} ns"),
         None => println!("  timestamp            none"),
