@@ -254,8 +254,8 @@ fn hairball_grows_level_by_level() {
     let per_level = strands * 2 * 3;
     for (chunk, indices) in mesh.indices.chunks(per_level).enumerate() {
         let back = chunk < levels;
-        // The half towards +z comes first, from the tips inward; the other from the core outward.
-        let level = if back { levels - 1 - chunk } else { chunk - levels };
+        // The half towards +z comes first, from the core outward; the other from the tips inward.
+        let level = if back { chunk } else { 2 * levels - 1 - chunk };
         let (inner, outer) =
             (0.5 + 4.5 * level as f32 / 12.0, 0.5 + 4.5 * (level + 1) as f32 / 12.0);
         assert!(
