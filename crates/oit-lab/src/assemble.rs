@@ -54,8 +54,8 @@ pub(crate) fn sort_spec(
     Ok((strategy, spec))
 }
 
-/// The passes that capture alone, as the technique would: for a reference, and for `assemble`.
-pub(crate) fn capture_passes(
+/// The passes that capture as the technique asks.
+fn capture_passes(
     technique: &Technique,
     geometry: &Geometry,
     size: FrameSize,

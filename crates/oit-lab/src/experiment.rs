@@ -136,6 +136,15 @@ pub struct PlannedCell {
     pub size: FrameSize,
 }
 
+impl PlannedCell {
+    /// The cell in one line, `technique scene:view@size`: what `--only` is matched with and what
+    /// progress is told by.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{} {}", self.cell.technique, self.cell.group())
+    }
+}
+
 /// Why an experiment cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {

@@ -141,7 +141,7 @@ pub fn run(
     let entries = oit_scene::list(&setup.scenes).map_err(ExperimentError::from)?;
     let mut cells = experiment.cells(setup.profile, &entries)?;
     let before = cells.len();
-    cells.retain(|cell| only(&format!("{} {}", cell.cell.technique, cell.cell.group())));
+    cells.retain(|cell| only(&cell.name()));
     if cells.is_empty() {
         let why =
             if before > 0 { format!(" of {before}: --only keeps none") } else { String::new() };
@@ -305,7 +305,7 @@ impl Session<'_> {
     }
 
     fn name(&self, cell: usize) -> String {
-        format!("{} {}", self.cells[cell].cell.technique, self.group_name(cell))
+        self.cells[cell].name()
     }
 
     /// Whether a cell is still to be sampled: it is not wrong and has not ended.

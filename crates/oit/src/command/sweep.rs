@@ -85,27 +85,27 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let profile = profile(&arguments.profile);
     let entries = oit_scene::list(&arguments.scenes).map_err(report)?;
     // Every file is checked, and the work counted, before the first cell runs.
-    let mut total = 0;
+    let mut counts = Vec::new();
     for experiment in &experiments {
         let mut cells = experiment.cells(profile, &entries).map_err(report)?;
-        cells.retain(|cell| only(&format!("{} {}", cell.cell.technique, cell.cell.group())));
+        cells.retain(|cell| only(&cell.name()));
         println!("{}: {} cells", experiment.name, cells.len());
         if arguments.dry_run {
             for cell in &cells {
-                println!("  {} {}", cell.cell.technique, cell.cell.group());
+                println!("  {}", cell.name());
             }
         }
-        total += cells.len();
+        counts.push(cells.len());
     }
     if arguments.dry_run {
         return Ok(());
     }
-    if total == 0 {
+    if counts.iter().sum::<usize>() == 0 {
         return Err(miette!("no cell is left: --only keeps none"));
     }
     let device = device_id(&arguments.device)?;
     let mut all = Outcome::default();
-    for experiment in &experiments {
+    for (experiment, _) in experiments.iter().zip(&counts).filter(|(_, cells)| **cells > 0) {
         let folder = match &arguments.out {
             Some(out) if experiments.len() > 1 => out.join(&experiment.name),
             Some(out) => out.clone(),
@@ -113,10 +113,6 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         };
         let mut setup = setup(&device, profile, &arguments.scenes, folder)?;
         setup.resume = arguments.resume;
-        let cells = experiment.cells(profile, &entries).map_err(report)?;
-        if !cells.iter().any(|c| only(&format!("{} {}", c.cell.technique, c.cell.group()))) {
-            continue;
-        }
         let outcome = run_with_bar(experiment, &setup, &only)?;
         println!("{}: {} in {}", experiment.name, summary(&outcome), setup.out.display());
         all.exact += outcome.exact;
