@@ -1,7 +1,9 @@
 //! What a capture method is.
 
-use oit_fragments::{Lfb, LfbError};
-use oit_gpu::{Buffer, Pass, Target};
+use std::borrow::Cow;
+
+use oit_fragments::{DepthHistogram, Lfb, LfbError};
+use oit_gpu::{Buffer, DepthStencil, Pass, Target};
 
 use crate::{Geometry, LfbReader};
 
@@ -22,23 +24,33 @@ pub trait Capture: Sync {
 
     /// WGSL that declares its buffers read only and defines `lfb_begin`, `lfb_more`, `lfb_next`
     /// and, with random access, `lfb_len` and `lfb_at` (see `oit_sort::Layout`).
-    fn layout_wgsl(&self) -> &'static str;
+    fn layout_wgsl(&self) -> Cow<'static, str>;
 
     /// Whether the i-th fragment of a pixel can be read without reading those before it.
     fn random_access(&self) -> bool;
 
     /// WGSL that declares what it needs and defines `fn pixel_count(pixel: u32) -> u32`, the
-    /// fragments of a pixel. Needs `CaptureRequest::counts`.
-    fn count_wgsl(&self) -> &'static str;
+    /// fragments of a pixel. Needs [`CaptureRequest::counts`].
+    fn count_wgsl(&self) -> Cow<'static, str>;
+
+    /// Whether fragments lie in the order of the schedule's lists of pixels
+    /// ([`CaptureRequest::lists`]), so that only a schedule that makes lists can use it.
+    fn needs_lists(&self) -> bool {
+        false
+    }
+
+    /// Slots (a fragment each) that a pool needs to hold all of a view, whatever the order in which
+    /// its fragments arrive.
+    fn slots(&self, demand: &Demand) -> u64;
 
     /// The passes that fill the buffer, and what they need.
     fn build(&self, request: &CaptureRequest) -> CapturePasses;
 
-    /// How many fragments the last run would have stored had the pool been large enough.
+    /// What the last run came to.
     ///
     /// # Errors
     /// Where a buffer cannot be read.
-    fn needed(&self, read: &mut LfbReader) -> Result<u64, CaptureError>;
+    fn usage(&self, read: &mut LfbReader) -> Result<Usage, CaptureError>;
 
     /// The fragments the last run stored, in the order its reader meets them.
     ///
@@ -49,6 +61,32 @@ pub trait Capture: Sync {
 
     /// The CPU twin: from the fragments in submission order to the order this layout's reader meets.
     fn order(&self, submitted: &mut Lfb);
+
+    /// What a run leaves of these fragments (in submission order) in a pool that holds them all:
+    /// every buffer that [`Capture::layout_wgsl`], [`Capture::count_wgsl`] and
+    /// [`Capture::unpack`] read, so that a stored buffer is resolved without rasterising.
+    fn upload(&self, submitted: &Lfb) -> Vec<Buffer>;
+}
+
+/// What a count pass found, for the size of a pool.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand<'a> {
+    /// Fragments of each pixel, row by row.
+    pub counts: &'a [u32],
+    /// The same, counted.
+    pub histogram: &'a DepthHistogram,
+    /// The schedule's lists, if it makes any.
+    pub lists: Option<&'a Lists>,
+}
+
+/// A schedule's lists of pixels. On the device `group_pixels` holds them one behind the other and
+/// `group_counts` (a `u32` a list) how long they are. Pixels without fragments are in none.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Lists {
+    /// Where in `group_pixels` each list starts.
+    pub firsts: Vec<u32>,
+    /// The most fragments of a pixel in each list; the last also takes deeper ones.
+    pub uppers: Vec<u32>,
 }
 
 /// What a capture is asked to fill.
@@ -60,11 +98,27 @@ pub struct CaptureRequest<'a> {
     pub width_px: u32,
     /// Rows.
     pub height_px: u32,
-    /// Room in the pool, in fragments (at least 1). What does not fit is counted, not stored.
-    pub pool_fragments: u64,
+    /// Room in the pool, in slots (at least 1). What does not fit is counted, not stored.
+    pub pool_slots: u64,
+    /// What the count pass found, for captures that share a pool out over the pixels.
+    pub histogram: &'a DepthHistogram,
     /// Whether [`Capture::count_wgsl`] will be used: a layout that has no counts of its own makes
     /// them only then, and is charged for it.
     pub counts: bool,
+    /// Lists that the schedule's passes make at [`CapturePasses::lists_at`].
+    pub lists: Option<&'a Lists>,
+    /// A stencil test that rejects nothing, by which the capture's drawing pass marks the pixels
+    /// that it draws to.
+    pub mark: Option<&'a DepthStencil>,
+}
+
+/// What a run of a capture came to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Usage {
+    /// Fragments it met, stored or not.
+    pub fragments: u64,
+    /// Slots that a pool must have to store them all.
+    pub slots: u64,
 }
 
 /// The passes of a capture, and what they need.
@@ -76,6 +130,9 @@ pub struct CapturePasses {
     pub targets: Vec<Target>,
     /// Passes, in order.
     pub passes: Vec<Pass>,
+    /// Where among the passes the schedule's lists must be made, for a capture that needs them:
+    /// [`Capture::count_wgsl`] works from here on.
+    pub lists_at: Option<usize>,
 }
 
 /// Why a capture could not be read back.

@@ -1,8 +1,11 @@
 //! What the captures' drawing passes have in common.
 
-use oit_gpu::{Buffer, ColorAttachment, Format, Load, Pass, Plan, Raster, Shader, Target};
+use oit_fragments::DepthHistogram;
+use oit_gpu::{
+    Buffer, ColorAttachment, DepthStencil, Format, Load, Pass, Plan, Raster, Shader, Target,
+};
 
-use crate::CaptureRequest;
+use crate::{CaptureRequest, Geometry};
 
 const FRAME: &str = include_str!("wgsl/frame.wgsl");
 const SCENE: &str = include_str!("wgsl/scene.wgsl");
@@ -14,8 +17,18 @@ const COVERAGE: &str = "coverage";
 /// A plan of the count pass alone: it leaves each pixel's number of fragments in the buffer
 /// `counts` (`u32`), and needs no pool. From these follow the size of the pool and the intervals.
 #[must_use]
-pub fn count_plan(request: &CaptureRequest) -> Plan {
-    let mut buffers = request.geometry.buffers();
+pub fn count_plan(geometry: &Geometry, width_px: u32, height_px: u32) -> Plan {
+    let request = &CaptureRequest {
+        geometry,
+        width_px,
+        height_px,
+        pool_slots: 1,
+        histogram: &DepthHistogram::default(),
+        counts: true,
+        lists: None,
+        mark: None,
+    };
+    let mut buffers = geometry.buffers();
     buffers.push(pixel_buffer("counts", request));
     Plan {
         name: "count".into(),
@@ -32,8 +45,8 @@ pub(crate) fn pixel_buffer(name: &str, request: &CaptureRequest) -> Buffer {
 
 /// Slots of a pool. At least two: the shaders take the size from the binding, and no buffer has
 /// less than 16 bytes.
-pub(crate) fn pool_slots(pool_fragments: u64) -> u64 {
-    pool_fragments.max(2)
+pub(crate) fn pool_slots(slots: u64) -> u64 {
+    slots.max(2)
 }
 
 pub(crate) fn coverage(request: &CaptureRequest) -> Target {
@@ -49,23 +62,29 @@ pub(crate) fn coverage(request: &CaptureRequest) -> Target {
 pub(crate) fn count_pass(request: &CaptureRequest, counts: &str) -> Pass {
     let wgsl = [FRAME, &COUNT.replace("COUNTS", counts)].concat();
     let shader = Shader::new(format!("count: fragments into {counts}"), wgsl);
-    pass("count", shader, request.geometry.draw_positions())
+    pass("count", shader, request.geometry.draw_positions(), None)
 }
 
 /// Draws the scene; `fs` is the WGSL of the fragment stage and the buffers it fills.
 pub(crate) fn capture_pass(request: &CaptureRequest, label: &str, fs: &[&str]) -> Pass {
     let wgsl = [FRAME, SCENE, &fs.concat()].concat();
-    pass("capture", Shader::new(format!("capture: {label}"), wgsl), request.geometry.draw())
+    let shader = Shader::new(format!("capture: {label}"), wgsl);
+    pass("capture", shader, request.geometry.draw(), request.mark.cloned())
 }
 
-/// There is no depth or stencil test, so no fragment is rejected after its shader ran: what lies
-/// before the near or behind the far plane is clipped, in every pass alike.
-fn pass(stage: &'static str, shader: Shader, draw: oit_gpu::Draw) -> Pass {
+/// No depth or stencil test rejects anything, so no fragment is rejected after its shader ran: what
+/// lies before the near or behind the far plane is clipped, in every pass alike.
+fn pass(
+    stage: &'static str,
+    shader: Shader,
+    draw: oit_gpu::Draw,
+    mark: Option<DepthStencil>,
+) -> Pass {
     let color = ColorAttachment {
         target: COVERAGE.into(),
         load: Load::Clear([0.0; 4]),
         blend: None,
         write: false,
     };
-    Pass::raster(stage, Raster { shader, draw, color: vec![color], depth_stencil: None })
+    Pass::raster(stage, Raster { shader, draw, color: vec![color], depth_stencil: mark })
 }

@@ -6,6 +6,7 @@ use oit_fragments::Fragment;
 use oit_gpu::{Buffer, Draw, GpuError, VertexAttribute, VertexFormat, VertexLayout};
 use oit_scene::{Camera, Mesh, Shading, Vertex};
 
+use crate::draw::pool_slots;
 use crate::{CaptureError, Frame};
 
 /// A mesh as bytes for a device: made once, shared by all its views.
@@ -118,14 +119,27 @@ impl Geometry {
     }
 }
 
+/// A buffer of these `u32`.
+pub(crate) fn words_buffer(name: &str, words: &[u32]) -> Buffer {
+    Buffer::data(name, bytemuck::cast_slice(words).into())
+}
+
+/// The pool, holding these fragments.
+pub(crate) fn fragments_buffer(fragments: &[Fragment]) -> Buffer {
+    // Bindings have no less than two slots (see `pool_slots`).
+    let mut bytes = bytemuck::cast_slice(fragments).to_vec();
+    bytes.resize(bytes.len().max(8 * pool_slots(0) as usize), 0);
+    Buffer::data("fragments", bytes.into())
+}
+
 /// Reads a captured frame back, buffer by buffer.
 pub struct LfbReader<'a> {
     /// Pixels a row.
     pub width_px: u32,
     /// Rows.
     pub height_px: u32,
-    /// Room in the pool, in fragments.
-    pub pool_fragments: u64,
+    /// Room in the pool, in slots.
+    pub pool_slots: u64,
     /// The bytes of a buffer of this name.
     pub read: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, GpuError>,
 }

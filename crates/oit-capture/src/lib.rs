@@ -8,9 +8,10 @@ mod geometry;
 mod raster;
 mod scan;
 
-pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest};
+pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{CAPTURES, Linearized, LinkedList, UnknownCapture, capture};
 pub use draw::count_plan;
 pub use frame::Frame;
 pub use geometry::{Geometry, LfbReader, MeshBytes};
+pub(crate) use geometry::{fragments_buffer, words_buffer};
 pub use raster::{rasterize, rasterize_counts};

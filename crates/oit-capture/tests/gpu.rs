@@ -9,9 +9,10 @@ use std::io::Write;
 
 use glam::{DMat3, DVec3};
 use oit_capture::{
-    CAPTURES, Capture, CaptureRequest, Frame, Geometry, LfbReader, count_plan, rasterize,
+    CAPTURES, Capture, CaptureRequest, Demand, Frame, Geometry, LfbReader, Usage, count_plan,
+    rasterize,
 };
-use oit_fragments::{Fragment, Lfb};
+use oit_fragments::{DepthHistogram, Fragment, Lfb};
 use oit_gpu::{Device, Plan};
 use oit_scene::{Mesh, Shading, SplitMix64, Stripes, Vertex, shuffle_triangles};
 use support::*;
@@ -42,17 +43,49 @@ fn say(line: &str) {
     writeln!(std::io::stderr(), "{line}").expect("stderr");
 }
 
-fn request(geometry: &Geometry, size: (u32, u32), pool_fragments: u64) -> CaptureRequest<'_> {
-    let (width_px, height_px) = size;
-    CaptureRequest { geometry, width_px, height_px, pool_fragments, counts: true }
+/// One view to capture, and what the count pass found on it.
+struct View<'a> {
+    geometry: &'a Geometry,
+    size: (u32, u32),
+    counts: Vec<u32>,
+    histogram: DepthHistogram,
 }
 
-/// Runs a capture, and gives what it stored, what it needed, and its counts.
-fn run(
-    device: &mut dyn Device,
-    capture: &dyn Capture,
-    request: &CaptureRequest,
-) -> (Lfb, u64, Vec<u32>) {
+impl<'a> View<'a> {
+    fn new(device: &mut dyn Device, geometry: &'a Geometry, size: (u32, u32)) -> Self {
+        let id = device.prepare(&count_plan(geometry, size.0, size.1)).expect("the plan is sound");
+        device.poison(id).expect("fills");
+        device.run(id).expect("runs");
+        let counts = words(&device.read(id, "counts").expect("reads"));
+        let histogram = DepthHistogram::from_counts(counts.iter().copied());
+        Self { geometry, size, counts, histogram }
+    }
+
+    fn total(&self) -> u64 {
+        self.histogram.total()
+    }
+
+    /// Slots that a capture needs.
+    fn slots(&self, capture: &dyn Capture) -> u64 {
+        let demand = Demand { counts: &self.counts, histogram: &self.histogram, lists: None };
+        capture.slots(&demand)
+    }
+}
+
+/// What a run of a capture left.
+struct Ran {
+    lfb: Lfb,
+    usage: Usage,
+    /// The counts as a schedule reads them.
+    counted: Vec<u32>,
+}
+
+/// Runs a capture with this many slots.
+fn run(device: &mut dyn Device, capture: &dyn Capture, view: &View, pool_slots: u64) -> Ran {
+    let request = &CaptureRequest {
+        pool_slots: pool_slots.max(1),
+        ..request(view.geometry, view.size, &view.histogram)
+    };
     let passes = capture.build(request);
     let mut plan = Plan {
         name: capture.name().into(),
@@ -60,8 +93,7 @@ fn run(
         targets: passes.targets,
         passes: passes.passes,
     };
-    // The counts as a schedule reads them.
-    let pixels = request.width_px * request.height_px;
+    let pixels = view.size.0 * view.size.1;
     let wgsl = format!(
         "{}
         @group(0) @binding(16) var<storage, read_write> counted: array<u32>;
@@ -87,18 +119,11 @@ fn run(
     let mut reader = LfbReader {
         width_px: request.width_px,
         height_px: request.height_px,
-        pool_fragments: request.pool_fragments,
+        pool_slots: request.pool_slots,
         read: &mut read,
     };
-    let needed = capture.needed(&mut reader).expect("reads");
-    (capture.unpack(&mut reader).expect("undamaged"), needed, counted)
-}
-
-fn count(device: &mut dyn Device, request: &CaptureRequest) -> Vec<u32> {
-    let id = device.prepare(&count_plan(request)).expect("the plan is sound");
-    device.poison(id).expect("fills");
-    device.run(id).expect("runs");
-    words(&device.read(id, "counts").expect("reads"))
+    let usage = capture.usage(&mut reader).expect("reads");
+    Ran { lfb: capture.unpack(&mut reader).expect("undamaged"), usage, counted }
 }
 
 fn words(bytes: &[u8]) -> Vec<u32> {
@@ -150,15 +175,15 @@ fn captures_agree_with_each_other_and_with_the_cpu() {
             let mut first: Option<Lfb> = None;
             for mesh in [&mesh, &shuffled] {
                 let geometry = Geometry::new(mesh, &shading(), &camera, size.0, size.1);
-                let counts = count(device, &request(&geometry, size, 1));
-                let pool = counts.iter().map(|&count| u64::from(count)).sum::<u64>();
+                let view = View::new(device, &geometry, size);
                 for capture in CAPTURES {
                     let name = capture.name();
-                    let (lfb, needed, counted) =
-                        run(device, *capture, &request(&geometry, size, pool));
-                    assert_eq!(needed, pool, "{name}");
-                    assert!(counted == counts, "{name}: counts differ from the count pass's");
-                    assert!(lfb.counts().eq(counts.iter().copied()), "{name}: unpacked counts");
+                    let slots = view.slots(*capture);
+                    let Ran { lfb, usage, counted } = run(device, *capture, &view, slots);
+                    let expected = Usage { fragments: view.total(), slots };
+                    assert_eq!(usage, expected, "{name}");
+                    assert!(counted == view.counts, "{name}: counts differ from the count pass's");
+                    assert!(lfb.counts().eq(counted), "{name}: unpacked counts");
                     let first = first.get_or_insert_with(|| lfb.clone());
                     let difference = first.multiset_difference(&lfb);
                     assert!(difference.is_none(), "{name}, seed {seed}: {difference:?}");
@@ -240,8 +265,9 @@ fn coverage_and_depth_are_the_cpus() {
             let cpu = rasterize(&mesh, &UNLIT, &camera, size.0, size.1);
             let geometry = Geometry::new(&mesh, &UNLIT, &camera, size.0, size.1);
             let pool = cpu.fragments().len() as u64 + 1000;
-            let (gpu, needed, _) = run(device, CAPTURES[0], &request(&geometry, size, pool));
-            assert_eq!(needed, gpu.fragments().len() as u64, "there was room for all");
+            let view = View::new(device, &geometry, size);
+            let Ran { lfb: gpu, usage, .. } = run(device, CAPTURES[0], &view, pool);
+            assert_eq!(usage.slots, gpu.fragments().len() as u64, "there was room for all");
             for pixel in 0..gpu.pixels() {
                 let by_triangle = |lfb: &Lfb| -> BTreeMap<u32, f32> {
                     lfb.pixel(pixel).iter().map(|f| (f.rgba, f.depth())).collect()
@@ -293,8 +319,9 @@ fn light_and_stripes_are_the_cpus() {
         let geometry = Geometry::new(&mesh, &shading, &camera, size.0, size.1);
         let pool = cpu.fragments().len() as u64;
         assert_eq!(pool, 64 * 32);
+        let view = View::new(device, &geometry, size);
         for capture in CAPTURES {
-            let (gpu, ..) = run(device, *capture, &request(&geometry, size, pool));
+            let gpu = run(device, *capture, &view, view.slots(*capture)).lfb;
             for (pixel, (gpu, cpu)) in gpu.fragments().iter().zip(cpu.fragments()).enumerate() {
                 let channels = gpu.rgba8().into_iter().zip(cpu.rgba8());
                 let alike = channels.fold(true, |alike, (a, b)| alike && a.abs_diff(b) <= 1);
@@ -313,17 +340,25 @@ fn a_full_pool_says_what_was_needed() {
         let mesh = random_mesh(5, 100);
         let camera = perspective_camera();
         let geometry = Geometry::new(&mesh, &shading(), &camera, size.0, size.1);
+        let view = View::new(device, &geometry, size);
         for capture in CAPTURES {
             let name = capture.name();
-            let (_, needed, counts) = run(device, *capture, &request(&geometry, size, 1));
-            let (full, again, _) = run(device, *capture, &request(&geometry, size, needed));
-            assert_eq!((needed, full.fragments().len() as u64), (again, needed), "{name}");
-            for pool in [2, needed / 3, needed - 1] {
-                let (lfb, still, counted) = run(device, *capture, &request(&geometry, size, pool));
-                assert_eq!((still, lfb.fragments().len() as u64), (needed, pool), "{name}");
-                assert!(counted == counts, "{name}: the counts are those of a large pool");
-                let difference = full.multiset_difference(&lfb);
-                assert_eq!((difference.missing, difference.extra), (needed - pool, 0), "{name}");
+            let slots = view.slots(*capture);
+            let full = run(device, *capture, &view, slots);
+            assert_eq!(full.lfb.fragments().len() as u64, view.total(), "{name}");
+            for pool in [1, slots / 3, slots - 1] {
+                let part = run(device, *capture, &view, pool);
+                assert_eq!(part.usage, full.usage, "{name}");
+                assert!(part.counted == full.counted, "{name}: the counts of a large pool");
+                let stored = part.lfb.fragments().len() as u64;
+                // Shaders take the room from the binding, which has two slots at least.
+                assert!(stored <= pool.max(2), "{name}: {stored} stored in {pool}");
+                if slots == view.total() {
+                    assert_eq!(stored, pool.max(2), "{name}: it fills its pool");
+                }
+                let difference = full.lfb.multiset_difference(&part.lfb);
+                let missing = view.total() - stored;
+                assert_eq!((difference.missing, difference.extra), (missing, 0), "{name}");
             }
         }
     });
@@ -337,11 +372,10 @@ fn prefix_sums_hold_at_every_size() {
         for size in [(1, 1), (3, 1), (1023, 1), (32, 32), (1025, 1), (2049, 3), (1024, 1025)] {
             let mesh = random_mesh(2, 20);
             let geometry = Geometry::new(&mesh, &UNLIT, &perspective_camera(), size.0, size.1);
-            let counts = count(device, &request(&geometry, size, 1));
-            let pool = counts.iter().map(|&count| u64::from(count)).sum::<u64>();
-            let (lfb, needed, _) = run(device, linearized, &request(&geometry, size, pool));
-            assert_eq!(needed, pool, "{size:?}");
-            assert!(lfb.counts().eq(counts), "{size:?}");
+            let view = View::new(device, &geometry, size);
+            let ran = run(device, linearized, &view, view.total());
+            assert_eq!(ran.usage.slots, view.total(), "{size:?}");
+            assert!(ran.lfb.counts().eq(view.counts), "{size:?}");
         }
     });
 }
@@ -351,10 +385,12 @@ fn nothing_drawn_is_nothing_captured() {
     on_every_device("empty", |device| {
         for mesh in [Mesh::default(), soup(&[[[100.0; 3]; 3]])] {
             let geometry = Geometry::new(&mesh, &UNLIT, &perspective_camera(), 9, 9);
+            let view = View::new(device, &geometry, (9, 9));
             for capture in CAPTURES {
-                let (lfb, needed, counts) = run(device, *capture, &request(&geometry, (9, 9), 1));
-                assert_eq!((needed, lfb.fragments().len()), (0, 0), "{}", capture.name());
-                assert!(counts.iter().all(|&count| count == 0));
+                let ran = run(device, *capture, &view, 1);
+                let none = Usage { fragments: 0, slots: 0 };
+                assert_eq!((ran.usage, ran.lfb.fragments().len()), (none, 0), "{}", capture.name());
+                assert!(ran.counted.iter().all(|&count| count == 0));
             }
         }
     });

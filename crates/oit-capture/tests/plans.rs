@@ -4,6 +4,7 @@ mod support;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use oit_capture::{CAPTURES, CaptureRequest, Geometry, MeshBytes, count_plan};
+use oit_fragments::DepthHistogram;
 use oit_gpu::{Contents, Plan, Shader, Work};
 use std::sync::Arc;
 use support::*;
@@ -38,21 +39,24 @@ fn plans(request: &CaptureRequest) -> Vec<Plan> {
             passes: passes.passes,
         }
     };
-    CAPTURES.iter().map(capture_plan).chain([count_plan(request)]).collect()
+    CAPTURES
+        .iter()
+        .map(capture_plan)
+        .chain([count_plan(request.geometry, request.width_px, request.height_px)])
+        .collect()
 }
 
 #[test]
 fn every_plan_is_sound() {
     for (width_px, height_px) in [(1, 1), (64, 16), (1025, 1), (960, 540), (8192, 8192)] {
         let geometry = geometry(width_px, height_px);
+        let histogram = DepthHistogram::from_counts([3, 0, 9]);
         for counts in [false, true] {
-            for pool_fragments in [1, 1000] {
+            for pool_slots in [1, 1000] {
                 let request = CaptureRequest {
-                    geometry: &geometry,
-                    width_px,
-                    height_px,
-                    pool_fragments,
+                    pool_slots,
                     counts,
+                    ..request(&geometry, (width_px, height_px), &histogram)
                 };
                 for plan in plans(&request) {
                     plan.check().unwrap_or_else(|error| panic!("{width_px}x{height_px}: {error}"));
@@ -66,13 +70,8 @@ fn every_plan_is_sound() {
 #[test]
 fn stages_are_those_of_the_chapter() {
     let geometry = geometry(8, 8);
-    let request = CaptureRequest {
-        geometry: &geometry,
-        width_px: 8,
-        height_px: 8,
-        pool_fragments: 9,
-        counts: true,
-    };
+    let histogram = DepthHistogram::default();
+    let request = request(&geometry, (8, 8), &histogram);
     let stages: Vec<_> = plans(&request).iter().map(Plan::stages).collect();
     assert_eq!(
         stages,

@@ -65,7 +65,10 @@ fn capture_passes(
         geometry,
         width_px: size.width_px,
         height_px: size.height_px,
-        pool_fragments,
+        pool_slots: pool_fragments,
+        histogram: &oit_fragments::DepthHistogram::default(),
+        lists: None,
+        mark: None,
         counts: technique.schedule == Schedule::Bma,
     })
 }
@@ -81,12 +84,12 @@ pub fn assemble(
     peak: u32,
     pool_fragments: u64,
 ) -> Result<Plan, CellError> {
-    let CapturePasses { buffers, targets, passes } =
+    let CapturePasses { buffers, targets, passes, lists_at: _ } =
         capture_passes(technique, geometry, size, pool_fragments);
     let mut plan = Plan { name: technique.to_string(), buffers, targets, passes };
     let intervals = intervals(technique, peak)?;
     let group = GroupRequest {
-        count_wgsl: technique.capture.count_wgsl(),
+        count_wgsl: &technique.capture.count_wgsl(),
         width_px: size.width_px,
         height_px: size.height_px,
     };
@@ -147,7 +150,7 @@ fn program(
     let program = Program {
         layout: Layout {
             name: technique.capture.name(),
-            wgsl: technique.capture.layout_wgsl(),
+            wgsl: &technique.capture.layout_wgsl(),
             random_access: technique.capture.random_access(),
         },
         strategy,

@@ -67,7 +67,7 @@ fn with_reader<T>(
     use_it(&mut LfbReader {
         width_px: size.width_px,
         height_px: size.height_px,
-        pool_fragments,
+        pool_slots: pool_fragments,
         read: &mut read,
     })
 }
@@ -80,13 +80,7 @@ impl Engine for GpuEngine {
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
         self.device.reset();
         self.view = None;
-        let plan = count_plan(&CaptureRequest {
-            geometry: &data.geometry,
-            width_px: data.size.width_px,
-            height_px: data.size.height_px,
-            pool_fragments: 1,
-            counts: true,
-        });
+        let plan = count_plan(&data.geometry, data.size.width_px, data.size.height_px);
         let id = self.start(&plan)?;
         let bytes = self.device.read(id, "counts")?;
         let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
@@ -105,8 +99,11 @@ impl Engine for GpuEngine {
             geometry: &view.data.geometry,
             width_px: size.width_px,
             height_px: size.height_px,
-            pool_fragments,
+            pool_slots: pool_fragments,
+            histogram: &view.histogram,
             counts: false,
+            lists: None,
+            mark: None,
         });
         let plan = Plan {
             name: format!("reference capture: {}", capture.name()),
@@ -137,8 +134,9 @@ impl Engine for GpuEngine {
             self.device.poison(id)?;
             self.device.run(id)?;
             let needed = with_reader(&mut *self.device, id, size, pool_fragments, |reader| {
-                technique.capture.needed(reader)
-            })?;
+                technique.capture.usage(reader)
+            })?
+            .slots;
             if needed != total {
                 return Err(CellError::Failed(format!(
                     "the capture met {needed} fragments and the count pass {total}"

@@ -1,11 +1,16 @@
 //! `linearized`: each pixel's fragments in one run of an array.
 
+use std::borrow::Cow;
+
 use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
 use crate::draw::{capture_pass, count_pass, coverage, pixel_buffer, pool_slots};
 use crate::scan::exclusive_scan;
-use crate::{Capture, CaptureError, CapturePasses, CaptureRequest, LfbReader};
+use crate::{
+    Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
+    fragments_buffer, words_buffer,
+};
 
 /// Each pixel's fragments in one run of an array (LFB chapter, section 20.4). A first pass counts
 /// each pixel's fragments, prefix sums turn the counts into where the runs start, and a second pass
@@ -34,16 +39,20 @@ impl Capture for Linearized {
          section 20.4"
     }
 
-    fn layout_wgsl(&self) -> &'static str {
-        include_str!("linearized_layout.wgsl")
+    fn layout_wgsl(&self) -> Cow<'static, str> {
+        include_str!("linearized_layout.wgsl").into()
     }
 
     fn random_access(&self) -> bool {
         true
     }
 
-    fn count_wgsl(&self) -> &'static str {
-        include_str!("linearized_count.wgsl")
+    fn count_wgsl(&self) -> Cow<'static, str> {
+        include_str!("linearized_count.wgsl").into()
+    }
+
+    fn slots(&self, demand: &Demand) -> u64 {
+        demand.histogram.total()
     }
 
     fn build(&self, request: &CaptureRequest) -> CapturePasses {
@@ -54,22 +63,23 @@ impl Capture for Linearized {
         buffers.extend([
             pixel_buffer("offsets", request),
             Buffer::new("total", 4),
-            Buffer::new("fragments", 8 * pool_slots(request.pool_fragments)),
+            Buffer::new("fragments", 8 * pool_slots(request.pool_slots)),
         ]);
         buffers.extend(sums);
         let mut passes = vec![Pass::clear("clear", "offsets"), count_pass(request, "offsets")];
         passes.extend(scan);
         passes.push(capture_pass(request, "linearized", &[include_str!("linearized.wgsl")]));
-        CapturePasses { buffers, targets: vec![coverage(request)], passes }
+        CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }
     }
 
-    fn needed(&self, read: &mut LfbReader) -> Result<u64, CaptureError> {
-        Ok(u64::from(read.words("total", 1)?[0]))
+    fn usage(&self, read: &mut LfbReader) -> Result<Usage, CaptureError> {
+        let total = u64::from(read.words("total", 1)?[0]);
+        Ok(Usage { fragments: total, slots: total })
     }
 
     fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
-        let total = self.needed(read)?;
-        let stored = total.min(pool_slots(read.pool_fragments));
+        let total = self.usage(read)?.fragments;
+        let stored = total.min(pool_slots(read.pool_slots));
         let ends = read.words("offsets", read.pixels())?;
         let fragments = read.fragments(stored)?;
 
@@ -92,4 +102,13 @@ impl Capture for Linearized {
 
     /// A run is filled from its start: the order is that of submission.
     fn order(&self, _submitted: &mut Lfb) {}
+
+    fn upload(&self, submitted: &Lfb) -> Vec<Buffer> {
+        let ends: Vec<u32> = submitted.offsets()[1..].iter().map(|&end| end as u32).collect();
+        vec![
+            words_buffer("offsets", &ends),
+            words_buffer("total", &[submitted.fragments().len() as u32]),
+            fragments_buffer(submitted.fragments()),
+        ]
+    }
 }

@@ -1,10 +1,15 @@
 //! `linked_list`: a list of nodes a pixel.
 
+use std::borrow::Cow;
+
 use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
-use crate::{Capture, CaptureError, CapturePasses, CaptureRequest, LfbReader};
+use crate::{
+    Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
+    fragments_buffer, words_buffer,
+};
 
 /// A list of nodes a pixel, grown at its head (LFB chapter, section 20.3). One pass: a global
 /// counter hands out nodes, and the exchange of a pixel's head links one in.
@@ -31,20 +36,24 @@ impl Capture for LinkedList {
          section 20.3"
     }
 
-    fn layout_wgsl(&self) -> &'static str {
-        include_str!("linked_list_layout.wgsl")
+    fn layout_wgsl(&self) -> Cow<'static, str> {
+        include_str!("linked_list_layout.wgsl").into()
     }
 
     fn random_access(&self) -> bool {
         false
     }
 
-    fn count_wgsl(&self) -> &'static str {
-        include_str!("linked_list_count.wgsl")
+    fn count_wgsl(&self) -> Cow<'static, str> {
+        include_str!("linked_list_count.wgsl").into()
+    }
+
+    fn slots(&self, demand: &Demand) -> u64 {
+        demand.histogram.total()
     }
 
     fn build(&self, request: &CaptureRequest) -> CapturePasses {
-        let slots = pool_slots(request.pool_fragments);
+        let slots = pool_slots(request.pool_slots);
         let mut buffers = request.geometry.buffers();
         buffers.extend([
             pixel_buffer("heads", request),
@@ -65,15 +74,16 @@ impl Capture for LinkedList {
             "linked_list",
             &[counted, include_str!("linked_list.wgsl")],
         ));
-        CapturePasses { buffers, targets: vec![coverage(request)], passes }
+        CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }
     }
 
-    fn needed(&self, read: &mut LfbReader) -> Result<u64, CaptureError> {
-        Ok(u64::from(read.words("node_count", 1)?[0]))
+    fn usage(&self, read: &mut LfbReader) -> Result<Usage, CaptureError> {
+        let nodes = u64::from(read.words("node_count", 1)?[0]);
+        Ok(Usage { fragments: nodes, slots: nodes })
     }
 
     fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
-        let stored = self.needed(read)?.min(pool_slots(read.pool_fragments));
+        let stored = self.usage(read)?.slots.min(pool_slots(read.pool_slots));
         let heads = read.words("heads", read.pixels())?;
         let nexts = read.words("nexts", stored)?;
         let fragments = read.fragments(stored)?;
@@ -117,5 +127,33 @@ impl Capture for LinkedList {
         }
         *submitted = Lfb::new(submitted.width(), submitted.height(), offsets, fragments)
             .expect("the offsets are those of a buffer");
+    }
+
+    /// Nodes are handed out as when whole layers are drawn: the first fragment of every pixel, then
+    /// the second of every pixel that has one, and so on.
+    fn upload(&self, submitted: &Lfb) -> Vec<Buffer> {
+        let total = submitted.fragments().len();
+        let mut heads = vec![0u32; submitted.pixels()];
+        let mut nexts = Vec::with_capacity(total);
+        let mut fragments = Vec::with_capacity(total);
+        let mut pixels: Vec<usize> = (0..submitted.pixels()).collect();
+        for layer in 0.. {
+            pixels.retain(|&pixel| layer < submitted.pixel(pixel).len());
+            if pixels.is_empty() {
+                break;
+            }
+            for &pixel in &pixels {
+                fragments.push(submitted.pixel(pixel)[layer]);
+                nexts.push(std::mem::replace(&mut heads[pixel], fragments.len() as u32));
+            }
+        }
+        let counts: Vec<u32> = submitted.counts().collect();
+        vec![
+            words_buffer("heads", &heads),
+            words_buffer("nexts", &nexts),
+            words_buffer("node_count", &[total as u32]),
+            words_buffer("counts", &counts),
+            fragments_buffer(&fragments),
+        ]
     }
 }

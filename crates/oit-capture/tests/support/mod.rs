@@ -1,6 +1,8 @@
 //! Small scenes for the tests.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
+use oit_capture::{CaptureRequest, Geometry};
+use oit_fragments::DepthHistogram;
 use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
 
 pub(crate) const UNLIT: Shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
@@ -121,4 +123,22 @@ pub(crate) fn jittered_square(seed: u64, n: u32, low: f32, high: f32, z: f32) ->
         }
     }
     mesh
+}
+
+/// A request with room for nothing.
+pub(crate) fn request<'a>(
+    geometry: &'a Geometry,
+    (width_px, height_px): (u32, u32),
+    histogram: &'a DepthHistogram,
+) -> CaptureRequest<'a> {
+    CaptureRequest {
+        geometry,
+        width_px,
+        height_px,
+        pool_slots: 1,
+        histogram,
+        counts: true,
+        lists: None,
+        mark: None,
+    }
 }
