@@ -36,6 +36,9 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         pool_final: 160,
         pool_grown: 1,
         memory_bytes: 4096,
+        lfb_bytes: None,
+        peak_bytes: None,
+        repeat_differs_px: None,
         prepare_ms: 1.5,
     };
     Event::Verified { cell, result }

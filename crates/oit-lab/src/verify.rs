@@ -119,6 +119,9 @@ impl Verifier {
             pool_final: preparation.pool_final,
             pool_grown: preparation.pool_grown,
             memory_bytes: preparation.memory_bytes,
+            lfb_bytes: None,
+            peak_bytes: None,
+            repeat_differs_px: None,
             prepare_ms: preparation.prepare_ms,
         })
     }

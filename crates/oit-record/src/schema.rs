@@ -168,7 +168,7 @@ pub struct Verification {
     pub tied_px: u64,
     /// `max_frags` the program was compiled for (of its deepest interval).
     pub max_frags: u32,
-    /// Room in the pool at first, in fragments.
+    /// Room in the pool at first, in slots of a fragment each.
     pub pool_initial: u64,
     /// Room in the pool in the end.
     pub pool_final: u64,
@@ -176,6 +176,18 @@ pub struct Verification {
     pub pool_grown: u32,
     /// Device memory of all the technique's buffers and targets, in bytes; 0 on the CPU backend.
     pub memory_bytes: u64,
+    /// Of these the layered fragment buffer that a resolve reads: the pool and its tables. Other
+    /// buffers and targets may be given back once it is captured. `None` in older records and on the
+    /// CPU backend.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lfb_bytes: Option<u64>,
+    /// The most device memory that was needed at once: where the pool grew, the first pool and the
+    /// second together. `None` in older records and on the CPU backend.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_bytes: Option<u64>,
+    /// Pixels that differ in any bit between two runs of the same frame. `None` in older records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeat_differs_px: Option<u64>,
     /// Milliseconds until its pipelines were ready.
     pub prepare_ms: f64,
 }

@@ -123,6 +123,9 @@ fn verification(technique: &str, peak: u32) -> Verification {
         pool_final: 1000,
         pool_grown: 0,
         memory_bytes: if parts[0] == "linked_list" { 12_500_000 } else { 10_000_000 },
+        lfb_bytes: None,
+        peak_bytes: None,
+        repeat_differs_px: None,
         prepare_ms: 3.0,
     }
 }
