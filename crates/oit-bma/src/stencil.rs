@@ -54,19 +54,25 @@ fn fs(@builtin(position) position: vec4<f32>) {{
             shader: Shader::new(format!("group: mark {low} to {high}"), wgsl),
             draw: Draw::Vertices { count: 3, instances: 1 },
             color: Vec::new(),
-            depth_stencil: Some(DepthStencil {
-                target: STENCIL.into(),
-                depth: None,
-                stencil: Some(Stencil {
-                    clear: Some(0),
-                    compare: Compare::Always,
-                    reference: MARK,
-                    pass: StencilOp::Replace,
-                    fail: StencilOp::Keep,
-                }),
-            }),
+            depth_stencil: Some(mark()),
         },
     )
+}
+
+/// The test by which a capture marks every pixel that it draws to: it rejects nothing.
+#[must_use]
+pub fn mark() -> DepthStencil {
+    DepthStencil {
+        target: STENCIL.into(),
+        depth: None,
+        stencil: Some(Stencil {
+            clear: Some(0),
+            compare: Compare::Always,
+            reference: MARK,
+            pass: StencilOp::Replace,
+            fail: StencilOp::Keep,
+        }),
+    }
 }
 
 /// The test by which a resolve runs on marked pixels only.

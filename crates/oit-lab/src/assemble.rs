@@ -1,9 +1,11 @@
 //! From a technique's coordinate to a plan: capture passes, grouping passes, resolve passes.
 
 use oit_bma::{
-    GroupRequest, Interval, Intervals, list_grouping, mask_pass, masked, stencil_target,
+    GroupRequest, Interval, Intervals, ListGrouping, list_grouping, mark, mask_pass, masked,
+    stencil_target,
 };
-use oit_capture::{CapturePasses, CaptureRequest, Geometry};
+use oit_capture::{CapturePasses, CaptureRequest, Demand, Geometry, Lists};
+use oit_fragments::DepthHistogram;
 use oit_gpu::{
     Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,
     Shader, Target,
@@ -27,7 +29,7 @@ pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, C
         )));
     }
     Ok(match (technique.schedule, technique.max_frags) {
-        (Schedule::Base, _) => Intervals::from_uppers(vec![max]),
+        (Schedule::Base | Schedule::BaseStencil, _) => Intervals::from_uppers(vec![max]),
         (Schedule::Bma, MaxFrags::Peak) => Ok(Intervals::powers_of_two(peak)),
         (Schedule::Bma, MaxFrags::Exactly(_)) => {
             let doubling = std::iter::successors(Some(8u32), |&upper| Some(upper * 2));
@@ -49,50 +51,101 @@ pub(crate) fn sort_spec(
         .for_max_frags(interval.high)
         .map_err(|error| CellError::Unsupported(error.to_string()))?;
     // The base schedule runs its one program on empty pixels too.
-    let min_frags = if technique.schedule == Schedule::Base { 0 } else { interval.low };
+    let min_frags = match technique.schedule {
+        Schedule::Base => 0,
+        Schedule::BaseStencil | Schedule::Bma => interval.low,
+    };
     let spec = SortSpec { min_frags, max_frags: interval.high, ties: technique.ties, store };
     Ok((strategy, spec))
 }
 
-/// The passes that capture as the technique asks.
-fn capture_passes(
-    technique: &Technique,
-    geometry: &Geometry,
-    size: FrameSize,
-    pool_fragments: u64,
-) -> CapturePasses {
-    technique.capture.build(&CaptureRequest {
-        geometry,
-        width_px: size.width_px,
-        height_px: size.height_px,
-        pool_slots: pool_fragments,
-        histogram: &oit_fragments::DepthHistogram::default(),
-        lists: None,
-        mark: None,
-        counts: technique.schedule == Schedule::Bma,
-    })
+/// Where a plan's fragments come from.
+#[derive(Clone, Copy, Debug)]
+pub enum Fragments<'a> {
+    /// The capture draws them.
+    Drawn(&'a Geometry),
+    /// They were captured before and are uploaded: buffers as [`Capture::upload`] gives them.
+    ///
+    /// [`Capture::upload`]: oit_capture::Capture::upload
+    Stored(&'a [Buffer]),
 }
 
-/// The plan of a technique on one view with this peak depth complexity and room in the pool.
-///
-/// # Errors
-/// [`CellError::Unsupported`] where no strategy of its sort choice holds that many fragments.
-pub fn assemble(
+/// How the schedule groups the pixels of a frame, if it does.
+fn group_request<'a>(count_wgsl: &'a str, size: FrameSize) -> GroupRequest<'a> {
+    GroupRequest { count_wgsl, width_px: size.width_px, height_px: size.height_px }
+}
+
+/// The lists of pixels that a technique's schedule makes.
+fn list_passes(
     technique: &Technique,
-    geometry: &Geometry,
     size: FrameSize,
     peak: u32,
-    pool_fragments: u64,
-) -> Result<Plan, CellError> {
-    let CapturePasses { buffers, targets, passes, lists_at: _ } =
-        capture_passes(technique, geometry, size, pool_fragments);
-    let mut plan = Plan { name: technique.to_string(), buffers, targets, passes };
+) -> Result<Option<(ListGrouping, Lists)>, CellError> {
+    if technique.schedule != Schedule::Bma || technique.stage != Stage::Compute {
+        return Ok(None);
+    }
     let intervals = intervals(technique, peak)?;
-    let group = GroupRequest {
-        count_wgsl: &technique.capture.count_wgsl(),
-        width_px: size.width_px,
-        height_px: size.height_px,
+    let count_wgsl = technique.capture.count_wgsl();
+    let grouping = list_grouping(&group_request(&count_wgsl, size), &intervals);
+    let uppers = intervals.iter().map(|interval| interval.high).collect();
+    let lists = Lists { firsts: grouping.firsts.clone(), uppers };
+    Ok(Some((grouping, lists)))
+}
+
+/// Slots that a technique's pool needs on a view.
+///
+/// # Errors
+/// [`CellError::Unsupported`] where the technique cannot hold the view.
+pub(crate) fn slots(
+    technique: &Technique,
+    size: FrameSize,
+    counts: &[u32],
+    histogram: &DepthHistogram,
+) -> Result<u64, CellError> {
+    let lists = list_passes(technique, size, histogram.peak())?.map(|(_, lists)| lists);
+    let demand = Demand { counts, histogram, lists: lists.as_ref() };
+    Ok(technique.capture.slots(&demand))
+}
+
+/// The plan of a technique on one view with these counts and this many slots in the pool.
+///
+/// # Errors
+/// [`CellError::Unsupported`] where no strategy of its sort choice holds that many fragments, or
+/// the capture needs lists that the schedule does not make.
+pub fn assemble(
+    technique: &Technique,
+    fragments: Fragments,
+    size: FrameSize,
+    histogram: &DepthHistogram,
+    pool_slots: u64,
+) -> Result<Plan, CellError> {
+    let capture = technique.capture;
+    let grouping = list_passes(technique, size, histogram.peak())?;
+    if capture.needs_lists() && grouping.is_none() {
+        return Err(CellError::Unsupported(format!(
+            "{} lies in the order of a schedule's lists, which only bma-list makes",
+            capture.name()
+        )));
+    }
+    let CapturePasses { buffers, targets, passes, lists_at } = match fragments {
+        Fragments::Drawn(geometry) => capture.build(&CaptureRequest {
+            geometry,
+            width_px: size.width_px,
+            height_px: size.height_px,
+            pool_slots,
+            histogram,
+            counts: technique.schedule == Schedule::Bma,
+            lists: grouping.as_ref().map(|(_, lists)| lists),
+            mark: (technique.schedule == Schedule::BaseStencil).then(mark).as_ref(),
+        }),
+        Fragments::Stored(buffers) => {
+            CapturePasses { buffers: buffers.to_vec(), ..CapturePasses::default() }
+        }
     };
+    let mut plan = Plan { name: technique.to_string(), buffers, targets, passes };
+    let count_wgsl = capture.count_wgsl();
+    let group = group_request(&count_wgsl, size);
+    let intervals = intervals(technique, histogram.peak())?;
     match technique.stage {
         Stage::Fragment => {
             plan.targets.push(Target {
@@ -102,8 +155,15 @@ pub fn assemble(
                 height: size.height_px,
             });
             let grouped = technique.schedule == Schedule::Bma;
-            if grouped {
+            let masking = technique.schedule != Schedule::Base;
+            if masking {
                 plan.targets.push(stencil_target(&group));
+            }
+            if technique.schedule == Schedule::BaseStencil
+                && matches!(fragments, Fragments::Stored(_))
+            {
+                // Nothing is drawn that could leave its mark.
+                plan.passes.push(mask_pass(&group, Interval { low: 1, high: u32::MAX }, true));
             }
             for (place, interval) in intervals.iter().enumerate() {
                 if grouped {
@@ -111,22 +171,21 @@ pub fn assemble(
                 }
                 let shader = program(technique, interval, Entry::Fragment, size)?;
                 let load = if place == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
-                plan.passes.push(full_screen(shader, load, grouped.then(masked)));
+                plan.passes.push(full_screen(shader, load, masking.then(masked)));
             }
         }
         Stage::Compute => {
             plan.buffers.push(Buffer::new(IMAGE, 16 * size.pixels()));
-            if technique.schedule == Schedule::Bma {
-                let grouping = list_grouping(&group, &intervals);
+            if let Some((grouping, _)) = grouping {
+                // Grouping comes before the resolves that it dispatches, and before that part of
+                // the capture that goes by its lists.
+                let at = lists_at.unwrap_or(plan.passes.len());
+                plan.passes.splice(at..at, grouping.passes.clone());
                 for (place, interval) in intervals.iter().enumerate() {
                     let entry = Entry::List { list: place as u32, first: grouping.firsts[place] };
                     let shader = program(technique, interval, entry, size)?;
-                    let pass = Pass::compute("resolve", shader, grouping.dispatch(place));
-                    plan.passes.push(pass);
+                    plan.passes.push(Pass::compute("resolve", shader, grouping.dispatch(place)));
                 }
-                // Grouping comes before the resolves that it dispatches.
-                let resolves = plan.passes.len() - intervals.len();
-                plan.passes.splice(resolves..resolves, grouping.passes);
                 plan.buffers.extend(grouping.buffers);
             } else {
                 for interval in intervals.iter() {

@@ -11,8 +11,8 @@ use oit_sort::Scratch;
 use rayon::prelude::*;
 
 use crate::assemble::{intervals, sort_spec};
-use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData};
-use crate::technique::{Schedule, Stage, Technique};
+use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData};
+use crate::technique::{Pool, Schedule, Stage, Technique};
 
 /// The twins, and the view open on them.
 pub(crate) struct CpuEngine {
@@ -69,9 +69,28 @@ fn ns(started: Instant) -> u64 {
     u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX)
 }
 
-fn capture_twin(view: &ViewData, capture: &dyn Capture) -> Lfb {
+/// The fragments of a view, in submission order.
+fn submitted(view: &ViewData) -> Lfb {
     let FrameSize { width_px, height_px } = view.size;
-    let mut lfb = rasterize(&view.mesh, &view.shading, &view.camera, width_px, height_px);
+    match &view.source {
+        Source::Scene(scene) => {
+            rasterize(&scene.mesh, &scene.shading, &scene.camera, width_px, height_px)
+        }
+        Source::Stored(lfb) => (**lfb).clone(),
+    }
+}
+
+/// Fragments of each pixel, without shading any.
+fn counts(view: &ViewData) -> Vec<u32> {
+    let FrameSize { width_px, height_px } = view.size;
+    match &view.source {
+        Source::Scene(scene) => rasterize_counts(&scene.mesh, &scene.camera, width_px, height_px),
+        Source::Stored(lfb) => lfb.counts().collect(),
+    }
+}
+
+fn capture_twin(view: &ViewData, capture: &dyn Capture) -> Lfb {
+    let mut lfb = submitted(view);
     capture.order(&mut lfb);
     lfb
 }
@@ -108,25 +127,23 @@ impl Engine for CpuEngine {
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
         self.ready.clear();
         self.last = None;
-        let FrameSize { width_px, height_px } = data.size;
-        let counts = rasterize_counts(&data.mesh, &data.camera, width_px, height_px);
-        let histogram = DepthHistogram::from_counts(counts);
+        let histogram = DepthHistogram::from_counts(counts(&data));
         self.view = Some((data, histogram.clone()));
         Ok(histogram)
     }
 
     fn reference(&mut self) -> Result<(Lfb, Vec<u32>), CellError> {
         let view = &self.view()?.0;
-        let FrameSize { width_px, height_px } = view.size;
-        let counts = rasterize_counts(&view.mesh, &view.camera, width_px, height_px);
-        let lfb = rasterize(&view.mesh, &view.shading, &view.camera, width_px, height_px);
-        Ok((lfb, counts))
+        Ok((submitted(view), counts(view)))
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
         if technique.stage == Stage::Fragment {
             let reason = &self.info.unsupported[0].reason;
             return Err(CellError::Unsupported(reason.clone()));
+        }
+        if technique.pool != Pool::WHOLE {
+            return Err(CellError::Unsupported("the CPU backend has no pool to run out of".into()));
         }
         let (_, histogram) = self.view()?;
         let intervals = intervals(technique, histogram.peak())?;
@@ -138,7 +155,7 @@ impl Engine for CpuEngine {
             pool_initial: histogram.total(),
             pool_final: histogram.total(),
             pool_grown: 0,
-            memory_bytes: 0,
+            memory: None,
             prepare_ms: 0.0,
         };
         self.ready.push(technique.clone());

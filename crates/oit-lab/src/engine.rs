@@ -57,9 +57,27 @@ impl FrameSize {
     }
 }
 
-/// One view of a scene at one resolution: what cells of a group share.
+/// One view at one resolution: what cells of a group share.
 #[derive(Clone, Debug)]
 pub struct ViewData {
+    /// Where its fragments come from.
+    pub source: Source,
+    /// The frame's size.
+    pub size: FrameSize,
+}
+
+/// Where a view's fragments come from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// They are drawn.
+    Scene(SceneView),
+    /// They were captured before, and are resolved again without drawing; in submission order.
+    Stored(Arc<Lfb>),
+}
+
+/// A mesh as one camera sees it.
+#[derive(Clone, Debug)]
+pub struct SceneView {
     /// The mesh.
     pub mesh: Arc<Mesh>,
     /// Its light and stripes.
@@ -68,8 +86,6 @@ pub struct ViewData {
     pub camera: Camera,
     /// The same as bytes for a device.
     pub geometry: Geometry,
-    /// The frame's size.
-    pub size: FrameSize,
 }
 
 impl ViewData {
@@ -81,7 +97,24 @@ impl ViewData {
         let camera = scene.view(view)?.camera;
         let bytes = MeshBytes::new(&scene.mesh);
         let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
-        Ok(Self { mesh: scene.mesh.clone(), shading: scene.shading, camera, geometry, size })
+        let (mesh, shading) = (scene.mesh.clone(), scene.shading);
+        Ok(Self { source: Source::Scene(SceneView { mesh, shading, camera, geometry }), size })
+    }
+
+    /// Fragments that were captured before.
+    #[must_use]
+    pub fn stored(lfb: Lfb) -> Self {
+        let size = FrameSize { width_px: lfb.width(), height_px: lfb.height() };
+        Self { source: Source::Stored(Arc::new(lfb)), size }
+    }
+
+    /// Triangles that are drawn.
+    #[must_use]
+    pub fn triangles(&self) -> u64 {
+        match &self.source {
+            Source::Scene(scene) => scene.mesh.triangle_count() as u64,
+            Source::Stored(_) => 0,
+        }
     }
 }
 
@@ -94,16 +127,27 @@ pub struct Ready(pub usize);
 pub struct Preparation {
     /// The array size of its deepest program.
     pub max_frags: u32,
-    /// Room in the pool at first, in fragments.
+    /// Room in the pool at first, in slots.
     pub pool_initial: u64,
     /// Room in the pool in the end.
     pub pool_final: u64,
     /// How often the pool was too small, grew to what was counted, and the frame was run again.
     pub pool_grown: u32,
-    /// Device memory of its buffers and targets, in bytes; 0 on the CPU.
-    pub memory_bytes: u64,
+    /// Device memory of its buffers and targets; `None` on the CPU.
+    pub memory: Option<Memory>,
     /// Milliseconds until its pipelines were ready.
     pub prepare_ms: f64,
+}
+
+/// Device memory of a technique, as allocated, in bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Memory {
+    /// Of all its buffers and targets.
+    pub all_bytes: u64,
+    /// Of the buffers that hold the layered fragment buffer: what a resolve reads.
+    pub lfb_bytes: u64,
+    /// The most at once: with the first pool, where a second took its place.
+    pub peak_bytes: u64,
 }
 
 /// Runs techniques on one view at a time.

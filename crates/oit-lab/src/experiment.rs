@@ -13,8 +13,8 @@ use toml::Spanned;
 
 use crate::engine::FrameSize;
 use crate::technique::{
-    MaxFrags, Schedule, Stage, Technique, TechniqueError, parse_capture, parse_max_frags,
-    parse_schedule, parse_stage, parse_ties,
+    MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture, parse_max_frags,
+    parse_pool, parse_schedule, parse_stage, parse_ties,
 };
 
 /// Values that replace a scene's parameters.
@@ -114,11 +114,34 @@ struct SweepFile {
     #[serde(default)]
     ties: Vec<Spanned<String>>,
     #[serde(default)]
-    pool_percent: Vec<u32>,
+    pools: Vec<Spanned<toml::Value>>,
     views: Vec<Spanned<String>>,
-    /// Scene parameters of this block, for all its scenes.
+    /// Scene parameters of this block, for all its scenes: one table, or several, each of them a
+    /// scene of its own.
     #[serde(default)]
-    scene: Overrides,
+    scene: SceneParameters,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum SceneParameters {
+    One(Overrides),
+    Several(Vec<Overrides>),
+}
+
+impl Default for SceneParameters {
+    fn default() -> Self {
+        Self::One(Overrides::new())
+    }
+}
+
+impl SceneParameters {
+    fn each(&self) -> &[Overrides] {
+        match self {
+            Self::One(overrides) => std::slice::from_ref(overrides),
+            Self::Several(several) => several,
+        }
+    }
 }
 
 /// One cell that an experiment asks for.
@@ -128,8 +151,8 @@ pub struct PlannedCell {
     pub cell: Cell,
     /// Its technique.
     pub technique: Technique,
-    /// Its scene's name.
-    pub scene: String,
+    /// Its scene's file.
+    pub scene: PathBuf,
     /// The scene's parameters that differ from its file.
     pub overrides: Overrides,
     /// The frame's size.
@@ -204,6 +227,23 @@ impl Place<'_> {
             }
         }
         Ok(values)
+    }
+
+    /// The values of an axis of words and numbers.
+    fn numbers<T>(
+        &self,
+        words: &[Spanned<toml::Value>],
+        default: T,
+        parse: impl Fn(&str) -> Result<T, TechniqueError>,
+    ) -> Result<Vec<T>, Fault> {
+        if words.is_empty() {
+            return Ok(vec![default]);
+        }
+        let parsed = words.iter().map(|word| match word.get_ref() {
+            toml::Value::String(text) => self.technique(word, parse(text)),
+            other => self.technique(word, parse(&other.to_string())),
+        });
+        parsed.collect()
     }
 }
 
@@ -282,24 +322,26 @@ impl Experiment {
                 for (entry, view) in views(&place, word, scenes)? {
                     let named =
                         profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);
-                    let mut overrides = named.map_or_else(Overrides::new, |(_, o)| o.clone());
-                    overrides.extend(sweep.scene.clone());
-                    for technique in &techniques {
-                        let cell = Cell {
-                            technique: technique.to_string(),
-                            scene: scene_name(&entry.name, &overrides),
-                            view: view.clone(),
-                            width_px,
-                            height_px,
-                        };
-                        if known.insert(cell.clone()) {
-                            cells.push(PlannedCell {
-                                cell,
-                                technique: technique.clone(),
-                                scene: entry.name.clone(),
-                                overrides: overrides.clone(),
-                                size,
-                            });
+                    for parameters in sweep.scene.each() {
+                        let mut overrides = named.map_or_else(Overrides::new, |(_, o)| o.clone());
+                        overrides.extend(parameters.clone());
+                        for technique in &techniques {
+                            let cell = Cell {
+                                technique: technique.to_string(),
+                                scene: scene_name(&entry.name, &overrides),
+                                view: view.clone(),
+                                width_px,
+                                height_px,
+                            };
+                            if known.insert(cell.clone()) {
+                                cells.push(PlannedCell {
+                                    cell,
+                                    technique: technique.clone(),
+                                    scene: entry.path.clone(),
+                                    overrides: overrides.clone(),
+                                    size,
+                                });
+                            }
                         }
                     }
                 }
@@ -340,25 +382,24 @@ impl SweepFile {
         let ties = place.axis(&self.ties, &[Ties::Total], &Ties::ALL, parse_ties)?;
         let parse_sort = |text: &str| Ok(text.parse()?);
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
-        let mut sizes = Vec::new();
-        for word in &self.max_frags {
-            let text = match word.get_ref() {
-                toml::Value::String(text) => text.clone(),
-                other => other.to_string(),
-            };
-            sizes.push(place.technique(word, parse_max_frags(&text))?);
+        let sizes = place.numbers(&self.max_frags, MaxFrags::Peak, parse_max_frags)?;
+        let pools = place.numbers(&self.pools, Pool::WHOLE, parse_pool)?;
+        let masked = self.schedules.iter().find(|word| word.get_ref() == "base-stencil");
+        if let Some(word) = masked.filter(|_| stages.contains(&Stage::Compute)) {
+            let (schedule, needs, stage) = (word.get_ref().clone(), "fragment", "compute");
+            return place.technique(word, Err(TechniqueError::Stage { schedule, needs, stage }));
         }
-        if sizes.is_empty() {
-            sizes.push(MaxFrags::Peak);
-        }
-        let pools = if self.pool_percent.is_empty() { &vec![100] } else { &self.pool_percent };
         for &capture in &captures {
             for &schedule in &schedules {
                 for sort in &sorts {
                     for &stage in &stages {
+                        // Of `all` schedules those that the stage has.
+                        if (schedule, stage) == (Schedule::BaseStencil, Stage::Compute) {
+                            continue;
+                        }
                         for &max_frags in &sizes {
                             for &ties in &ties {
-                                for &pool_percent in pools {
+                                for &pool in &pools {
                                     techniques.push(Technique {
                                         capture,
                                         schedule,
@@ -366,7 +407,7 @@ impl SweepFile {
                                         stage,
                                         max_frags,
                                         ties,
-                                        pool_percent: pool_percent.max(1),
+                                        pool,
                                     });
                                 }
                             }

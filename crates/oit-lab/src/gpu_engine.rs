@@ -1,16 +1,17 @@
 //! Cells on a GPU: each technique is a plan.
 
+use std::collections::HashMap;
 use std::time::Instant;
 
-use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, count_plan};
+use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, Usage, count_plan};
 use oit_fragments::{DepthHistogram, Lfb};
-use oit_gpu::{Device, GpuError, Plan, PlanId, Timing};
+use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
 use oit_record::DeviceInfo;
 
-use crate::assemble::{IMAGE, assemble, intervals};
-use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData};
-use crate::technique::Technique;
+use crate::assemble::{Fragments, IMAGE, assemble, intervals, slots};
+use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
+use crate::technique::{PoolPolicy, Technique};
 
 /// A GPU and the view open on it.
 pub(crate) struct GpuEngine {
@@ -23,12 +24,16 @@ struct OpenView {
     histogram: DepthHistogram,
     counts: Vec<u32>,
     ready: Vec<ReadyPlan>,
+    /// Stored fragments as each capture lays them out.
+    stored: HashMap<&'static str, Vec<Buffer>>,
 }
 
+/// A technique's plan, or its two where the first one's pool is too small.
 struct ReadyPlan {
+    attempt: Option<PlanId>,
     plan: PlanId,
     capture: &'static dyn Capture,
-    pool_fragments: u64,
+    pool_slots: u64,
 }
 
 impl GpuEngine {
@@ -53,6 +58,60 @@ impl GpuEngine {
         self.device.run(id)?;
         Ok(id)
     }
+
+    /// The open view's fragments as this capture lays them out, if they were captured before.
+    fn lay_out(&mut self, capture: &dyn Capture) {
+        let Some(view) = &mut self.view else { return };
+        if let Source::Stored(lfb) = &view.data.source {
+            view.stored.entry(capture.name()).or_insert_with(|| capture.upload(lfb));
+        }
+    }
+
+    /// The technique's plan with this much room, made ready and run once, what the run came to, and
+    /// the milliseconds until its pipelines were ready.
+    fn attempt(
+        &mut self,
+        technique: &Technique,
+        pool_slots: u64,
+    ) -> Result<(PlanId, Usage, f64), CellError> {
+        let view = self.view()?;
+        let fragments = match &view.data.source {
+            Source::Scene(scene) => Fragments::Drawn(&scene.geometry),
+            Source::Stored(_) => Fragments::Stored(&view.stored[technique.capture.name()]),
+        };
+        let (size, total) = (view.data.size, view.histogram.total());
+        let plan = assemble(technique, fragments, size, &view.histogram, pool_slots)?;
+        let started = Instant::now();
+        let id = self.device.prepare(&plan)?;
+        let prepare_ms = started.elapsed().as_secs_f64() * 1e3;
+        self.device.poison(id)?;
+        self.device.run(id)?;
+        let usage = with_reader(&mut *self.device, id, size, pool_slots, |reader| {
+            technique.capture.usage(reader)
+        })?;
+        if usage.fragments != total {
+            return Err(CellError::Failed(format!(
+                "the capture met {} fragments and the count pass {total}",
+                usage.fragments
+            )));
+        }
+        Ok((id, usage, prepare_ms))
+    }
+
+    /// What a plan, and the attempt before it, take of the device.
+    fn memory(&self, capture: &dyn Capture, attempt: Option<PlanId>, plan: PlanId) -> Memory {
+        let resources = self.device.resource_bytes(plan);
+        let all_bytes = resources.iter().map(|(_, bytes)| bytes).sum();
+        let layout = capture.layout_wgsl();
+        let is_read = |name: &str| layout.contains(&format!("> {name}:"));
+        let lfb_bytes = resources.iter().filter(|(name, _)| is_read(name)).map(|(_, bytes)| bytes);
+        let lfb_bytes = lfb_bytes.sum();
+        // What both have in common is there once.
+        let first = attempt.map_or_else(Vec::new, |plan| self.device.resource_bytes(plan));
+        let own = first.iter().filter(|resource| !resources.contains(resource));
+        let peak_bytes = all_bytes + own.map(|(_, bytes)| bytes).sum::<u64>();
+        Memory { all_bytes, lfb_bytes, peak_bytes }
+    }
 }
 
 /// Reads the buffers of a plan that has run.
@@ -60,16 +119,28 @@ fn with_reader<T>(
     device: &mut dyn Device,
     plan: PlanId,
     size: FrameSize,
-    pool_fragments: u64,
+    pool_slots: u64,
     use_it: impl FnOnce(&mut LfbReader) -> T,
 ) -> T {
     let mut read = |name: &str| device.read(plan, name);
     use_it(&mut LfbReader {
         width_px: size.width_px,
         height_px: size.height_px,
-        pool_slots: pool_fragments,
+        pool_slots,
         read: &mut read,
     })
+}
+
+/// The time of two runs as that of one.
+fn both(first: Timing, second: Timing) -> Timing {
+    let mut stages = first.stages;
+    for (stage, ns) in second.stages {
+        match stages.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, sum)) => *sum += ns,
+            None => stages.push((stage, ns)),
+        }
+    }
+    Timing { stages, total_ns: first.total_ns + second.total_ns }
 }
 
 impl Engine for GpuEngine {
@@ -80,26 +151,34 @@ impl Engine for GpuEngine {
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
         self.device.reset();
         self.view = None;
-        let plan = count_plan(&data.geometry, data.size.width_px, data.size.height_px);
-        let id = self.start(&plan)?;
-        let bytes = self.device.read(id, "counts")?;
-        let counts: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+        let counts: Vec<u32> = match &data.source {
+            Source::Scene(scene) => {
+                let FrameSize { width_px, height_px } = data.size;
+                let id = self.start(&count_plan(&scene.geometry, width_px, height_px))?;
+                bytemuck::pod_collect_to_vec(&self.device.read(id, "counts")?)
+            }
+            Source::Stored(lfb) => lfb.counts().collect(),
+        };
         let histogram = DepthHistogram::from_counts(counts.iter().copied());
-        self.view =
-            Some(OpenView { data, histogram: histogram.clone(), counts, ready: Vec::new() });
+        let (ready, stored) = (Vec::new(), HashMap::new());
+        self.view = Some(OpenView { data, histogram: histogram.clone(), counts, ready, stored });
         Ok(histogram)
     }
 
     fn reference(&mut self) -> Result<(Lfb, Vec<u32>), CellError> {
         let view = self.view()?;
         let (size, counts) = (view.data.size, view.counts.clone());
-        let pool_fragments = view.histogram.total().max(1);
+        let scene = match &view.data.source {
+            Source::Scene(scene) => scene,
+            Source::Stored(lfb) => return Ok(((**lfb).clone(), counts)),
+        };
+        let pool_slots = view.histogram.total().max(1);
         let capture = CAPTURES[0];
         let passes = capture.build(&CaptureRequest {
-            geometry: &view.data.geometry,
+            geometry: &scene.geometry,
             width_px: size.width_px,
             height_px: size.height_px,
-            pool_slots: pool_fragments,
+            pool_slots,
             histogram: &view.histogram,
             counts: false,
             lists: None,
@@ -112,59 +191,58 @@ impl Engine for GpuEngine {
             passes: passes.passes,
         };
         let id = self.start(&plan)?;
-        let lfb = with_reader(&mut *self.device, id, size, pool_fragments, |reader| {
-            capture.unpack(reader)
-        })?;
+        let lfb =
+            with_reader(&mut *self.device, id, size, pool_slots, |reader| capture.unpack(reader))?;
         Ok((lfb, counts))
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
+        self.lay_out(technique.capture);
         let view = self.view()?;
-        let (peak, total) = (view.histogram.peak(), view.histogram.total());
-        let (geometry, size) = (view.data.geometry.clone(), view.data.size);
-        let max_frags = intervals(technique, peak)?.deepest();
-        let pool_initial = (total * u64::from(technique.pool_percent)).div_ceil(100).max(1);
-        let (mut pool_fragments, mut pool_grown) = (pool_initial, 0);
-        let mut prepare_ms = 0.0;
-        loop {
-            let plan = assemble(technique, &geometry, size, peak, pool_fragments)?;
-            let started = Instant::now();
-            let id = self.device.prepare(&plan)?;
-            prepare_ms += started.elapsed().as_secs_f64() * 1e3;
-            self.device.poison(id)?;
-            self.device.run(id)?;
-            let needed = with_reader(&mut *self.device, id, size, pool_fragments, |reader| {
-                technique.capture.usage(reader)
-            })?
-            .slots;
-            if needed != total {
+        let whole = slots(technique, view.data.size, &view.counts, &view.histogram)?;
+        let max_frags = intervals(technique, view.histogram.peak())?.deepest();
+        let is_stored = matches!(view.data.source, Source::Stored(_));
+        let percent = u64::from(technique.pool.percent);
+        if is_stored && percent != 100 {
+            return Err(CellError::Unsupported("stored fragments are all there".into()));
+        }
+        let pool_initial = whole.saturating_mul(percent).div_ceil(100).max(1);
+        let (mut plan, usage, mut prepare_ms) = self.attempt(technique, pool_initial)?;
+        let (mut attempt, mut pool_slots) = (None, pool_initial);
+        if usage.slots > pool_initial && technique.pool.policy == PoolPolicy::Grow {
+            pool_slots = usage.slots.max(whole);
+            let (second, again, more_ms) = self.attempt(technique, pool_slots)?;
+            if again.slots > pool_slots {
                 return Err(CellError::Failed(format!(
-                    "the capture met {needed} fragments and the count pass {total}"
+                    "{} slots were needed, then {}",
+                    usage.slots, again.slots
                 )));
             }
-            if needed > pool_fragments {
-                pool_fragments = needed;
-                pool_grown += 1;
-                continue;
-            }
-            let preparation = Preparation {
-                max_frags,
-                pool_initial,
-                pool_final: pool_fragments,
-                pool_grown,
-                memory_bytes: plan.bytes(),
-                prepare_ms,
-            };
-            let capture = technique.capture;
-            let view = self.view.as_mut().expect("it was open above");
-            view.ready.push(ReadyPlan { plan: id, capture, pool_fragments });
-            return Ok((Ready(view.ready.len() - 1), preparation));
+            attempt = Some(std::mem::replace(&mut plan, second));
+            prepare_ms += more_ms;
         }
+        let preparation = Preparation {
+            max_frags,
+            pool_initial,
+            pool_final: pool_slots,
+            pool_grown: u32::from(attempt.is_some()),
+            memory: Some(self.memory(technique.capture, attempt, plan)),
+            prepare_ms,
+        };
+        let capture = technique.capture;
+        let view = self.view.as_mut().expect("it was open above");
+        view.ready.push(ReadyPlan { attempt, plan, capture, pool_slots });
+        Ok((Ready(view.ready.len() - 1), preparation))
     }
 
     fn run(&mut self, ready: Ready) -> Result<Timing, CellError> {
-        let plan = self.ready(ready)?.0.plan;
-        Ok(self.device.run(plan)?)
+        let ReadyPlan { attempt, plan, .. } = *self.ready(ready)?.0;
+        let first = attempt.map(|attempt| self.device.run(attempt)).transpose()?;
+        let second = self.device.run(plan)?;
+        Ok(match first {
+            Some(first) => both(first, second),
+            None => second,
+        })
     }
 
     fn picture(&mut self, ready: Ready) -> Result<Image, CellError> {
@@ -181,7 +259,7 @@ impl Engine for GpuEngine {
 
     fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError> {
         let (plan, size) = self.ready(ready)?;
-        let (id, capture, pool) = (plan.plan, plan.capture, plan.pool_fragments);
+        let (id, capture, pool) = (plan.plan, plan.capture, plan.pool_slots);
         let unpacked =
             with_reader(&mut *self.device, id, size, pool, |reader| capture.unpack(reader))?;
         Ok(unpacked)

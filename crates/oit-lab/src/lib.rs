@@ -10,20 +10,24 @@ mod experiment;
 mod gpu_engine;
 pub mod provenance;
 mod runner;
+mod stored;
 mod technique;
 mod verify;
 mod worker;
 
-pub use assemble::{IMAGE, assemble};
+pub use assemble::{Fragments, IMAGE, assemble};
 pub use cpu_engine::cpu_info;
-pub use engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
+pub use engine::{
+    CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
+    open_engine,
+};
 pub use experiment::{
     Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
 };
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
 pub use technique::{
-    ALIASES, DEEPEST, MaxFrags, Schedule, Stage, Technique, TechniqueError, parse_capture,
-    parse_max_frags, parse_schedule, parse_stage, parse_ties,
+    ALIASES, DEEPEST, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique, TechniqueError,
+    parse_capture, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,
 };
 pub use verify::{EXACT_TOLERANCE, Verifier};
 pub use worker::{Spent, serve};

@@ -13,6 +13,8 @@ use oit_record::{
     Verification,
 };
 
+use oit_scene::SceneEntry;
+
 use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
 use crate::provenance;
 use crate::worker::{Reply, Request, Spent};
@@ -24,8 +26,8 @@ pub struct Setup {
     pub device: String,
     /// How much of the experiment.
     pub profile: ProfileName,
-    /// The folder of scene files.
-    pub scenes: PathBuf,
+    /// The scenes there are.
+    pub scenes: Vec<SceneEntry>,
     /// The run folder.
     pub out: PathBuf,
     /// Whether to go on with the run that is there.
@@ -138,8 +140,7 @@ pub fn run(
     only: &dyn Fn(&str) -> bool,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, RunError> {
-    let entries = oit_scene::list(&setup.scenes).map_err(ExperimentError::from)?;
-    let mut cells = experiment.cells(setup.profile, &entries)?;
+    let mut cells = experiment.cells(setup.profile, &setup.scenes)?;
     let before = cells.len();
     cells.retain(|cell| only(&cell.name()));
     if cells.is_empty() {
@@ -355,7 +356,7 @@ impl Session<'_> {
         let planned = &self.cells[cells[0]];
         let overrides = toml::to_string(&planned.overrides).unwrap_or_default();
         let request = Request::View {
-            scene: self.setup.scenes.join(format!("{}.toml", planned.scene)),
+            scene: planned.scene.clone(),
             overrides,
             view: planned.cell.view.clone(),
             width_px: planned.size.width_px,

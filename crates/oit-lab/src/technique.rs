@@ -9,7 +9,8 @@ use oit_scene::nearest;
 use oit_sort::{ChoiceError, SortChoice};
 
 /// One technique: a point on every axis. Its name is that point, axis by axis:
-/// `capture/schedule/sort/stage/max`, then what is not the default: `ties-depth`, `poolN`.
+/// `capture/schedule/sort/stage/max`, then what is not the default: `ties-depth`, `poolN` or
+/// `poolN-drop`.
 #[derive(Clone)]
 pub struct Technique {
     /// How fragments are captured.
@@ -24,8 +25,40 @@ pub struct Technique {
     pub max_frags: MaxFrags,
     /// What they compare.
     pub ties: Ties,
-    /// Room in the pool at first, in percent of what the count pass found.
-    pub pool_percent: u32,
+    /// Its pool of fragments.
+    pub pool: Pool,
+}
+
+/// How large a pool is, and what happens where it is too small.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Pool {
+    /// Room at first, in percent of what the view needs.
+    pub percent: u32,
+    /// What happens where that is too little.
+    pub policy: PoolPolicy,
+}
+
+/// What happens where a pool is too small.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum PoolPolicy {
+    /// A pool of the size that turned out to be needed takes its place, and the frame is rendered
+    /// again. A sample is both attempts.
+    Grow,
+    /// What has no room is left out. Which fragments these are is the capture's affair: those that
+    /// arrive last, or the farthest.
+    Drop,
+}
+
+impl Pool {
+    /// All that is needed.
+    pub const WHOLE: Self = Self { percent: 100, policy: PoolPolicy::Grow };
+}
+
+impl fmt::Display for Pool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let policy = if self.policy == PoolPolicy::Drop { "-drop" } else { "" };
+        write!(f, "pool{}{policy}", self.percent)
+    }
 }
 
 /// Which pixels run which resolve program.
@@ -33,6 +66,8 @@ pub struct Technique {
 pub enum Schedule {
     /// One program for all.
     Base,
+    /// One program for all pixels that have fragments: the capture marks them in the stencil.
+    BaseStencil,
     /// Backwards memory allocation: one program for each interval of depth complexity. Pixels are
     /// grouped by stencil in the fragment stage, by lists in the compute stage.
     Bma,
@@ -61,8 +96,14 @@ pub const DEEPEST: u32 = 4096;
 
 impl Schedule {
     /// Every schedule, in the order they are listed, with what it does.
-    pub const ALL: [(Self, &'static str, &'static str); 2] = [
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::Base, "base", "one resolve program for all pixels"),
+        (
+            Self::BaseStencil,
+            "base-stencil",
+            "one resolve program, in the fragment stage, for all pixels that have fragments: the \
+             capture marks them in the stencil",
+        ),
         (
             Self::Bma,
             "bma",
@@ -126,6 +167,7 @@ impl fmt::Display for Technique {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let schedule = match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
+            (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
             (Schedule::Bma, Stage::Compute) => "bma-list",
         };
@@ -134,8 +176,8 @@ impl fmt::Display for Technique {
         if self.ties == Ties::Depth {
             f.write_str("/ties-depth")?;
         }
-        if self.pool_percent != 100 {
-            write!(f, "/pool{}", self.pool_percent)?;
+        if self.pool != Pool::WHOLE {
+            write!(f, "/{}", self.pool)?;
         }
         Ok(())
     }
@@ -161,7 +203,7 @@ pub enum TechniqueError {
         valid: Vec<String>,
     },
     /// The name has too few or too many parts.
-    #[error("{0:?} is not of the form capture/schedule/sort/stage/max[/ties-depth][/poolN]")]
+    #[error("{0:?} is not of the form capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]]")]
     Form(String),
     /// The sort names no strategy, or no store of it.
     #[error(transparent)]
@@ -246,6 +288,21 @@ pub fn parse_max_frags(text: &str) -> Result<MaxFrags, TechniqueError> {
     }
 }
 
+/// `N` or `N-drop`: percent of what a view needs.
+///
+/// # Errors
+/// Where the text is neither, or the number is 0.
+pub fn parse_pool(text: &str) -> Result<Pool, TechniqueError> {
+    let (number, policy) = match text.strip_suffix("-drop") {
+        Some(number) => (number, PoolPolicy::Drop),
+        None => (text, PoolPolicy::Grow),
+    };
+    match number.parse() {
+        Ok(percent @ 1..) => Ok(Pool { percent, policy }),
+        _ => Err(unknown("pool", text, ["100", "50", "50-drop"])),
+    }
+}
+
 impl FromStr for Technique {
     type Err = TechniqueError;
 
@@ -260,14 +317,16 @@ impl FromStr for Technique {
         let stage = parse_stage(stage)?;
         let schedule = match (*schedule, stage) {
             ("bma-stencil", Stage::Fragment) | ("bma-list", Stage::Compute) => Schedule::Bma,
-            ("bma-stencil", Stage::Compute) | ("bma-list", Stage::Fragment) => {
+            ("base-stencil", Stage::Fragment) => Schedule::BaseStencil,
+            ("base-stencil" | "bma-stencil", Stage::Compute) | ("bma-list", Stage::Fragment) => {
                 let needs = if stage == Stage::Compute { "fragment" } else { "compute" };
                 let (schedule, stage) = ((*schedule).to_owned(), stage.name());
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
             ("base", _) => Schedule::Base,
             (other, _) => {
-                return Err(unknown("schedule", other, ["base", "bma-stencil", "bma-list"]));
+                let valid = ["base", "base-stencil", "bma-stencil", "bma-list"];
+                return Err(unknown("schedule", other, valid));
             }
         };
         let mut technique = Self {
@@ -277,13 +336,13 @@ impl FromStr for Technique {
             stage,
             max_frags: parse_max_frags(max_frags)?,
             ties: Ties::Total,
-            pool_percent: 100,
+            pool: Pool::WHOLE,
         };
         for part in rest {
             if *part == "ties-depth" {
                 technique.ties = Ties::Depth;
-            } else if let Some(Ok(percent @ 1..)) = part.strip_prefix("pool").map(str::parse) {
-                technique.pool_percent = percent;
+            } else if let Ok(pool) = parse_pool(part.strip_prefix("pool").unwrap_or(part)) {
+                technique.pool = pool;
             } else {
                 return Err(TechniqueError::Form(text.to_owned()));
             }
@@ -303,6 +362,7 @@ mod tests {
             "linked_list/bma-stencil/rbs/fragment/max512",
             "linearized/bma-list/network+rbs/compute/peak/ties-depth",
             "linearized/base/passthrough/compute/max8/pool50",
+            "linearized/base-stencil/insertion/fragment/peak/ties-depth/pool100-drop",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }
@@ -320,6 +380,10 @@ mod tests {
         assert!(text.contains("\"insertoin\"") && text.contains("insertion"), "{text}");
         let text = error("linked_list/bma-list/rbs/fragment/peak");
         assert!(text.contains("compute stage"), "{text}");
+        let text = error("linked_list/base-stencil/rbs/compute/peak");
+        assert!(text.contains("fragment stage"), "{text}");
+        let text = error("linked_list/base/rbs/compute/peak/pool0-drop");
+        assert!(text.contains("pool0-drop"), "{text}");
         let text = error("linked_list/base/rbs/fragment/max0");
         assert!(text.contains("max0"), "{text}");
         assert!(error("linked_list/base").contains("capture/schedule/sort"));

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
+use crate::stored;
 use crate::technique::Technique;
 use crate::verify::Verifier;
 
@@ -176,20 +177,27 @@ impl Worker {
         }
     }
 
-    fn view(
+    /// A view of a scene file, or of fragments that are stored in a file.
+    fn view_data(
         &mut self,
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
-        counts: &Path,
-    ) -> Result<Reply, CellError> {
-        self.ready.clear();
-        self.verifier = None;
-        let started = Instant::now();
+    ) -> Result<ViewData, CellError> {
+        let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
+        if let Some(stored) = stored::load(&key.0) {
+            self.scene = None;
+            let data = ViewData::stored(stored.map_err(|error| failed(&error))?.lfb);
+            if data.size != size {
+                let FrameSize { width_px, height_px } = data.size;
+                let what = format!("{} is {width_px}x{height_px}", key.0.display());
+                return Err(CellError::Failed(what));
+            }
+            return Ok(data);
+        }
         // Views of one scene follow each other: its mesh is made once.
         if self.scene.as_ref().is_none_or(|(loaded, _)| loaded != key) {
             self.scene = None;
-            let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
             let overrides: Overrides = toml::from_str(&key.1).map_err(|error| failed(&error))?;
             let scene = oit_scene::load(&key.0, &overrides).map_err(|error| match error {
                 oit_scene::SceneError::MissingAsset { .. } => {
@@ -200,10 +208,22 @@ impl Worker {
             self.scene = Some((key.clone(), scene));
         }
         let (_, scene) = self.scene.as_ref().expect("loaded above");
-        let triangles = scene.mesh.triangle_count() as u64;
-        let data = ViewData::new(scene, view, size)
-            .map_err(|error| CellError::Failed(error.to_string()))?;
+        ViewData::new(scene, view, size).map_err(|error| failed(&error))
+    }
+
+    fn view(
+        &mut self,
+        key: &(PathBuf, String),
+        view: &str,
+        size: FrameSize,
+        counts: &Path,
+    ) -> Result<Reply, CellError> {
+        self.ready.clear();
+        self.verifier = None;
+        let started = Instant::now();
+        let data = self.view_data(key, view, size)?;
         self.spent.scene_ms += ms(started);
+        let triangles = data.triangles();
         let started = Instant::now();
         let engine = self.engine()?;
         let histogram = engine.open_view(data)?;

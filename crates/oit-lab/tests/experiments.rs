@@ -65,6 +65,31 @@ views = ["planes:front"]
 }
 
 #[test]
+fn several_scene_parameters_are_several_scenes() {
+    let cells = cells(
+        r#"
+[[sweep]]
+sorts = ["insertion"]
+stages = ["fragment"]
+schedules = ["base", "base-stencil"]
+pools = [25, "50-drop"]
+views = ["planes:front"]
+scene = [{ alpha = 0.25 }, { alpha = 0.5 }]
+"#,
+    )
+    .expect("a good experiment");
+    let expected = [
+        "linked_list/base/insertion/fragment/peak/pool25 planes{alpha=0.25}:front@64x32",
+        "linked_list/base/insertion/fragment/peak/pool50-drop planes{alpha=0.25}:front@64x32",
+        "linked_list/base-stencil/insertion/fragment/peak/pool25 planes{alpha=0.25}:front@64x32",
+        "linked_list/base-stencil/insertion/fragment/peak/pool50-drop planes{alpha=0.25}:front@64x32",
+    ];
+    assert_eq!(cells[..4], expected);
+    assert_eq!(cells.len(), 8);
+    assert!(cells[4].contains("planes{alpha=0.5}"), "{}", cells[4]);
+}
+
+#[test]
 fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
     let error = |sweep: &str| cells(sweep).expect_err("a mistake");
     let cases = [
@@ -79,6 +104,12 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
             "compute",
         ),
         ("[[sweep]]\ntechniques = [\"BMA-RBS\"]\nviews = []\n", "x.toml:14", "BMA-RBS"),
+        ("[[sweep]]\nsorts = [\"rs\"]\npools = [\"0-drop\"]\nviews = []\n", "x.toml:15", "0-drop"),
+        (
+            "[[sweep]]\nsorts = [\"rs\"]\nschedules = [\"base-stencil\"]\nviews = []\n",
+            "x.toml:15",
+            "fragment stage",
+        ),
         ("[[sweep]]\nstages = [\"compute\"]\nviews = []\n", "x.toml:14", "sorts"),
     ];
     for (sweep, line, word) in cases {

@@ -1,7 +1,7 @@
 //! A worker that crashes or hangs costs the cell it was busy with, and no other; a run that is
 //! killed goes on where it was. The worker here is a shell script that speaks the protocol.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use oit_lab::{Experiment, Outcome, ProfileName, RunError, Setup, run};
 use oit_record::{Event, Record};
@@ -54,7 +54,8 @@ fn setup(out: &Path, cell: &str, then: &str, resume: bool) -> Setup {
     Setup {
         device: "fake".into(),
         profile: ProfileName::Quick,
-        scenes: PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")),
+        scenes: oit_scene::list(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")))
+            .expect("the scenes of this repository"),
         out: out.to_owned(),
         resume,
         cache: out.join("cache"),

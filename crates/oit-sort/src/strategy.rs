@@ -27,7 +27,7 @@ pub trait SortStrategy: Sync {
         None
     }
 
-    /// Whether its output is in order at all. `false` only for the unsorted floor.
+    /// Whether its output is in order at all. `false` only for what sorting is measured against.
     fn sorts(&self) -> bool {
         true
     }

@@ -7,6 +7,7 @@ mod network;
 mod passthrough;
 mod rbs;
 mod rs;
+mod unsorted;
 
 use crate::SortStrategy;
 use crate::nearest::{did_you_mean, nearest};
@@ -14,6 +15,7 @@ use crate::nearest::{did_you_mean, nearest};
 /// Every sort strategy, in the order they are listed.
 pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &passthrough::Passthrough,
+    &unsorted::Unsorted,
     &insertion::Insertion,
     &merge::Merge,
     &insertion_merge::InsertionMerge,

@@ -47,22 +47,16 @@ pub(crate) struct Arguments {
     scenes: PathBuf,
 }
 
-/// The sets of scenes, as sweep blocks without their technique axes.
-fn blocks(set: &str) -> Vec<String> {
-    match set {
-        "papers" => vec![
-            "views = [\"planes:front\", \"planes:back\", \"hairball:inside-front\", \
-             \"hairball:inside-back\"]\n"
-                .into(),
-        ],
-        _ => [8, 16, 32, 64, 128]
-            .map(|n| {
-                format!(
-                    "views = [\"stack:front\"]\nscene = {{ count = {n}, order = \"random\", size = 1.8 }}\n"
-                )
-            })
-            .into(),
+/// A set of scenes, as the axes of a sweep.
+fn views(set: &str) -> String {
+    if set == "papers" {
+        return "views = [\"planes:front\", \"planes:back\", \"hairball:inside-front\", \
+                \"hairball:inside-back\"]"
+            .into();
     }
+    let stack = |n: u32| format!("{{ count = {n}, order = \"random\", size = 1.8 }}");
+    let stacks = [8, 16, 32, 64, 128].map(stack).join(", ");
+    format!("views = [\"stack:front\"]\nscene = [{stacks}]")
 }
 
 fn experiment(arguments: &Arguments, sorts: &[String]) -> miette::Result<Experiment> {
@@ -77,15 +71,14 @@ fn experiment(arguments: &Arguments, sorts: &[String]) -> miette::Result<Experim
         sorts.len() - 1,
         arguments.set
     );
-    for block in blocks(&arguments.set) {
-        let _ = write!(
-            text,
-            "[[sweep]]\n{block}captures = [{:?}]\nschedules = [\"bma\"]\nsorts = [{}]\nstages = [{:?}]\n",
-            arguments.capture,
-            quoted.join(", "),
-            arguments.stage,
-        );
-    }
+    let _ = write!(
+        text,
+        "[[sweep]]\n{}\ncaptures = [{:?}]\nschedules = [\"bma\"]\nsorts = [{}]\nstages = [{:?}]\n",
+        views(&arguments.set),
+        arguments.capture,
+        quoted.join(", "),
+        arguments.stage,
+    );
     Experiment::parse(Path::new("compare.toml"), text).map_err(report)
 }
 
@@ -110,7 +103,8 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         let name = arguments.sort.replace('+', "-");
         PathBuf::from(format!("runs/compare-{name}-{}", device.replace(':', "-")))
     });
-    let mut setup = setup(&device, profile, &arguments.scenes, folder.clone())?;
+    let scenes = oit_scene::list(&arguments.scenes).map_err(report)?;
+    let mut setup = setup(&device, profile, &scenes, folder.clone())?;
     setup.resume = arguments.resume;
     let outcome = run_with_bar(&experiment, &setup, &|_| true)?;
     println!("{}\n", summary(&outcome));

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use oit_lab::{Technique, ViewData, assemble};
+use oit_capture::MeshBytes;
+use oit_fragments::DepthHistogram;
+use oit_lab::{Fragments, FrameSize, Technique, assemble};
 
 use crate::command::render::{overrides, size};
 use crate::command::report;
@@ -34,9 +36,13 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let size = size(&arguments.size)?;
     let scene = oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
-    let data = ViewData::new(&scene, &scene.views[0].name, size).map_err(report)?;
+    let bytes = MeshBytes::new(&scene.mesh);
+    let FrameSize { width_px, height_px } = size;
+    let geometry = bytes.view(&scene.shading, &scene.views[0].camera, width_px, height_px);
+    let histogram = DepthHistogram::from_counts([arguments.peak]);
     let pool = size.pixels() * u64::from(arguments.peak);
-    let plan = assemble(&technique, &data.geometry, size, arguments.peak, pool).map_err(report)?;
+    let fragments = Fragments::Drawn(&geometry);
+    let plan = assemble(&technique, fragments, size, &histogram, pool).map_err(report)?;
     print!("{plan}");
     if arguments.shaders {
         for pass in &plan.passes {

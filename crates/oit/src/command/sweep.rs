@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, miette};
 use oit_lab::{Experiment, Outcome, ProfileName, Progress, Setup};
 use oit_record::Verdict;
+use oit_scene::SceneEntry;
 use regex_lite::Regex;
 
 use crate::command::{cache_folder, device_id, report};
@@ -48,14 +49,14 @@ pub(crate) fn profile(name: &str) -> ProfileName {
 pub(crate) fn setup(
     device: &str,
     profile: ProfileName,
-    scenes: &Path,
+    scenes: &[SceneEntry],
     out: PathBuf,
 ) -> miette::Result<Setup> {
     let program = std::env::current_exe().into_diagnostic()?;
     Ok(Setup {
         device: device.to_owned(),
         profile,
-        scenes: scenes.to_owned(),
+        scenes: scenes.to_vec(),
         out,
         resume: false,
         cache: cache_folder(),
@@ -111,7 +112,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
             Some(out) => out.clone(),
             None => oit_lab::default_folder(Path::new("runs"), experiment, &device, profile),
         };
-        let mut setup = setup(&device, profile, &arguments.scenes, folder)?;
+        let mut setup = setup(&device, profile, &entries, folder)?;
         setup.resume = arguments.resume;
         let outcome = run_with_bar(experiment, &setup, &only)?;
         println!("{}: {} in {}", experiment.name, summary(&outcome), setup.out.display());
