@@ -67,5 +67,5 @@ fn pass(stage: &'static str, shader: Shader, draw: oit_gpu::Draw) -> Pass {
         blend: None,
         write: false,
     };
-    Pass::raster(stage, Raster { shader, draw, color: vec![color], depth_stencil: None })
+    Pass::raster(stage, Raster { color: vec![color], ..Raster::new(shader, draw) })
 }

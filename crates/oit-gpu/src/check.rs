@@ -165,7 +165,8 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             ));
         }
     }
-    if fs.writes && !fs.early_depth_test && raster.depth_stencil.as_ref().is_some_and(rejects) {
+    let late = fs.writes && !fs.early_depth_test && !raster.late_writes;
+    if late && raster.depth_stencil.as_ref().is_some_and(rejects) {
         return Err(format!(
             "shader {label:?}: `fs` writes a buffer under a depth or stencil test, so it must say \
              `@early_depth_test(force)`: without it a rejected fragment still writes"

@@ -26,6 +26,8 @@ pub(crate) struct Limits {
     pub(crate) blendable: Vec<Format>,
     pub(crate) fragment_writes: bool,
     pub(crate) vertex_writes: bool,
+    /// Whether primitives can be drawn without clipping at the near and far planes.
+    pub(crate) unclipped: bool,
     pub(crate) capabilities: Capabilities,
     pub(crate) subgroup_stages: ShaderStages,
     pub(crate) subgroup_operations: SubgroupOperationSet,
@@ -135,6 +137,10 @@ impl Limits {
                 }
                 if writable.any(|binding| binding.vertex) && !self.vertex_writes {
                     return Err("vertex shaders cannot write buffers".to_owned());
+                }
+                if raster.unclipped && !self.unclipped {
+                    let what = "it draws unclipped, and this device cannot clamp depth instead";
+                    return Err(what.to_owned());
                 }
                 let count = raster.color.len() as u32;
                 within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;

@@ -155,7 +155,7 @@ pub enum Dispatch {
     },
 }
 
-/// One draw into targets of one size. Triangles, no culling, depth clipped at both planes.
+/// One draw into targets of one size: triangles, no culling. [`Raster::new`] gives the usual state.
 #[derive(Clone, Debug)]
 pub struct Raster {
     /// The shader.
@@ -167,6 +167,13 @@ pub struct Raster {
     pub color: Vec<ColorAttachment>,
     /// The depth or stencil target.
     pub depth_stencil: Option<DepthStencil>,
+    /// Whether primitives reach beyond the near and the far plane, where a fragment's depth is
+    /// clamped to 0 or 1 for the test and the target. Otherwise they are clipped at both planes.
+    pub unclipped: bool,
+    /// The permission to write buffers under a rejecting depth or stencil test without
+    /// `@early_depth_test(force)`, so that rejected fragments write too: a fault, which
+    /// [`Plan::check`] refuses unless it is to be shown.
+    pub late_writes: bool,
 }
 
 /// What a raster pass draws.
@@ -381,6 +388,22 @@ impl Shader {
     #[must_use]
     pub fn new(label: impl Into<String>, wgsl: impl Into<Arc<str>>) -> Self {
         Self { label: label.into(), wgsl: wgsl.into() }
+    }
+}
+
+impl Raster {
+    /// A draw without attachments, of which it needs at least one; clipped at both planes, and
+    /// without late writes.
+    #[must_use]
+    pub fn new(shader: Shader, draw: Draw) -> Self {
+        Self {
+            shader,
+            draw,
+            color: Vec::new(),
+            depth_stencil: None,
+            unclipped: false,
+            late_writes: false,
+        }
     }
 }
 

@@ -55,11 +55,11 @@ fn compute_plan() -> Plan {
 }
 
 fn raster_plan() -> Plan {
+    let draw = Draw::Vertices { count: 3, instances: 1 };
     let raster = Raster {
-        shader: Shader::new("masked", MASKED),
-        draw: Draw::Vertices { count: 3, instances: 1 },
         color: vec![color("image")],
         depth_stencil: stencil("mask", Compare::Equal),
+        ..Raster::new(Shader::new("masked", MASKED), draw)
     };
     Plan {
         name: "raster".to_owned(),
@@ -184,6 +184,11 @@ fn a_tested_fragment_shader_that_writes_must_test_early() {
             Some(DepthStencil { target: "mask".to_owned(), depth, stencil: None });
     };
     refused(raster_plan, depth_tested, &["@early_depth_test(force)"]);
+    // It is permitted on purpose.
+    let mut plan = raster_plan();
+    raster_of(&mut plan).shader = late();
+    raster_of(&mut plan).late_writes = true;
+    plan.check().expect("sound");
     // Nothing is rejected, or nothing is written.
     let mut plan = raster_plan();
     raster_of(&mut plan).shader = late();
@@ -271,6 +276,8 @@ fn vertices_fit_the_shader() {
 #[test]
 fn a_plan_prints_what_it_does() {
     let mut plan = raster_plan();
+    raster_of(&mut plan).unclipped = true;
+    raster_of(&mut plan).late_writes = true;
     plan.passes.splice(0..0, compute_plan().passes);
     plan.buffers = compute_plan().buffers;
     assert_eq!(
@@ -294,6 +301,8 @@ passes
     writes counts
   [resolve] masked
     draws 3 vertices, 1 instances
+    unclipped: depth is clamped at the near and far planes
+    late writes: rejected fragments may write buffers too
     color image, cleared to [0.0, 0.0, 0.0, 0.0], replaced
     stencil mask, cleared to 1, Equal 1, pass Keep, fail Keep
     writes counts

@@ -27,6 +27,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
     ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
     ("clips_at_both_planes", clips_at_both_planes),
+    ("unclipped_draws_past_both_planes", unclipped_draws_past_both_planes),
+    ("late_writes_show_the_rejected", late_writes_show_the_rejected),
     ("blends", blends),
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
@@ -151,12 +153,8 @@ fn color(target: &str, blend: Option<Blend>, load: Load<[f32; 4]>) -> ColorAttac
 
 /// A triangle that covers everything, in this shader.
 fn full_screen(fragment: &str, color: Vec<ColorAttachment>) -> Raster {
-    Raster {
-        shader: Shader::new("full screen", format!("{FULL_SCREEN}{fragment}")),
-        draw: Draw::Vertices { count: 3, instances: 1 },
-        color,
-        depth_stencil: None,
-    }
+    let shader = Shader::new("full screen", format!("{FULL_SCREEN}{fragment}"));
+    Raster { color, ..Raster::new(shader, Draw::Vertices { count: 3, instances: 1 }) }
 }
 
 fn plan(buffers: Vec<Buffer>, targets: Vec<Target>, passes: Vec<Pass>) -> Plan {
@@ -174,6 +172,21 @@ fn ran(device: &mut dyn Device, plan: &Plan) -> PlanId {
 fn words_of(device: &mut dyn Device, plan: &Plan, resource: &str) -> Vec<u32> {
     let id = ran(device, plan);
     to_words(&device.read(id, resource).expect("read"))
+}
+
+/// Whether the device says that it lacks this. If so it must refuse the plan, with a reason; the
+/// check is over then, and says so.
+fn lacks(device: &mut dyn Device, feature: &str, plan: &Plan) -> bool {
+    if device.info().unsupported.iter().all(|missing| missing.feature != feature) {
+        return false;
+    }
+    match device.prepare(plan) {
+        Err(GpuError::Unsupported(reason)) => {
+            eprintln!("{}: not checked: {reason}", device.info().id);
+            true
+        }
+        other => panic!("without {feature} it should be refused: {other:?}"),
+    }
 }
 
 fn naming_plan() -> Plan {
@@ -246,11 +259,7 @@ fn runs_subgroups_or_says_why_not(device: &mut dyn Device) {
             sums[i] = subgroupAdd(1u) * 1000u + next;
         }";
     let plan = plan(vec![Buffer::new("sums", 256)], vec![], vec![compute("sums", wgsl, [1, 1, 1])]);
-    let lacks =
-        device.info().unsupported.iter().any(|missing| missing.feature == "subgroups in compute");
-    if lacks {
-        let refused = device.prepare(&plan);
-        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+    if lacks(device, "subgroups in compute", &plan) {
         return;
     }
     let (least, most) = device.info().subgroup_size.expect("told, since subgroups are there");
@@ -308,16 +317,15 @@ fn draws_indexed_vertices(device: &mut dyn Device) {
         attribute(1, VertexFormat::Unorm8x4, 12),
         attribute(2, VertexFormat::Uint32, 16),
     ];
+    let draw = Draw::Indexed {
+        vertices: "vertices".to_owned(),
+        layout: VertexLayout { stride_bytes: 20, attributes },
+        indices: "indices".to_owned(),
+        count: 12,
+    };
     let raster = Raster {
-        shader: Shader::new("indexed", wgsl),
-        draw: Draw::Indexed {
-            vertices: "vertices".to_owned(),
-            layout: VertexLayout { stride_bytes: 20, attributes },
-            indices: "indices".to_owned(),
-            count: 12,
-        },
         color: vec![color("image", None, Load::Clear([0.0; 4]))],
-        depth_stencil: None,
+        ..Raster::new(Shader::new("indexed", wgsl), draw)
     };
     let buffers = vec![
         Buffer::data("vertices", vertices.into()),
@@ -419,9 +427,8 @@ fn depth_rejects_before_the_shader_writes(device: &mut dyn Device) {
         let depth = Some(Depth { load, compare, write });
         let raster = Raster {
             shader: Shader::new("leaning", wgsl.as_str()),
-            draw: Draw::Vertices { count: 3, instances: 1 },
-            color: vec![color("image", None, Load::Clear([0.0; 4]))],
             depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+            ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
         };
         vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)]
     };
@@ -463,6 +470,67 @@ fn clips_at_both_planes(device: &mut dyn Device) {
     let targets = vec![target("image", Format::R8Unorm, 32, 4)];
     let plan = plan(vec![Buffer::new("counts", 4)], targets, passes);
     assert_eq!(words_of(device, &plan, "counts")[0], 8 * 4);
+}
+
+fn unclipped_draws_past_both_planes(device: &mut dyn Device) {
+    // Depth at the middle of column i is (i - 7.5) / 8, from -0.94 to 2.94.
+    let wgsl = format!(
+        "@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {{
+            let x = f32(i & 1u) * 4.0 - 1.0;
+            return vec4<f32>(x, f32(i & 2u) * 2.0 - 1.0, x * 2.0 + 1.0, 1.0);
+        }}{COUNTING}"
+    );
+    let depth = Some(Depth { load: Load::Clear(0.0), compare: Compare::Always, write: true });
+    let steep = |unclipped| {
+        let raster = Raster {
+            shader: Shader::new("steep", wgsl.as_str()),
+            depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+            unclipped,
+            ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
+        };
+        let passes = vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)];
+        let targets = vec![
+            target("image", Format::R8Unorm, 32, 4),
+            target("depth", Format::Depth32Float, 32, 4),
+        ];
+        plan(vec![Buffer::new("counts", 4)], targets, passes)
+    };
+    assert_eq!(words_of(device, &steep(false), "counts")[0], 8 * 4);
+    if lacks(device, "unclipped depth", &steep(true)) {
+        return;
+    }
+    let id = ran(device, &steep(true));
+    assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 32 * 4);
+    let depths = to_floats(&device.read(id, "depth").expect("read"));
+    for (i, depth) in (0..).zip(depths) {
+        let expected = (((i % 32) as f32 - 7.5) / 8.0).clamp(0.0, 1.0);
+        assert!((depth - expected).abs() < 1e-6, "{i}: {depth}");
+    }
+    // The pipelines of both are kept side by side.
+    assert_eq!(words_of(device, &steep(false), "counts")[0], 8 * 4);
+}
+
+fn late_writes_show_the_rejected(device: &mut dyn Device) {
+    let late = COUNTING.replace("@early_depth_test(force)", "");
+    let compare = |compare| {
+        let (clear, pass, fail) = (Some(0), StencilOp::Keep, StencilOp::Keep);
+        let stencil = Some(Stencil { clear, compare, reference: 1, pass, fail });
+        let raster = Raster {
+            depth_stencil: Some(DepthStencil { target: "mask".to_owned(), depth: None, stencil }),
+            late_writes: true,
+            ..full_screen(&late, vec![color("image", None, Load::Clear([0.0; 4]))])
+        };
+        let passes = vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)];
+        let targets =
+            vec![target("image", Format::R8Unorm, 8, 4), target("mask", Format::Stencil8, 8, 4)];
+        plan(vec![Buffer::new("counts", 4)], targets, passes)
+    };
+    for test in [Compare::Greater, Compare::Equal] {
+        let id = ran(device, &compare(test));
+        assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 8 * 4, "{test:?}");
+        let drawn = if test == Compare::Greater { 255 } else { 0 };
+        assert_eq!(device.read(id, "image").expect("read"), [drawn; 8 * 4]);
+    }
 }
 
 fn blends(device: &mut dyn Device) {

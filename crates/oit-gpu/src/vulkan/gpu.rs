@@ -28,6 +28,7 @@ impl Gpu {
             .vertex_pipeline_stores_and_atomics(has.vertex_pipeline_stores_and_atomics != 0)
             .full_draw_index_uint32(has.full_draw_index_uint32 != 0)
             .independent_blend(has.independent_blend != 0)
+            .depth_clamp(has.depth_clamp != 0)
             .shader_int64(has.shader_int64 != 0);
         let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
             .shader_buffer_int64_atomics(physical.buffer_int64_atomics)

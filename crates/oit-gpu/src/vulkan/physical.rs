@@ -235,6 +235,7 @@ fn limits(
         blendable: formats::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: features.fragment_stores_and_atomics != 0,
         vertex_writes: features.vertex_pipeline_stores_and_atomics != 0,
+        unclipped: features.depth_clamp != 0,
         capabilities,
         subgroup_stages: subgroup_stages & SUBGROUP_STAGES,
         subgroup_operations,
@@ -274,6 +275,7 @@ fn unsupported(
             subgroups,
             "the driver lacks ballot, shuffle or arithmetic in compute shaders".to_owned(),
         ),
+        ("unclipped depth", features.depth_clamp != 0, no_feature("depthClamp")),
         ("geometry shader", features.geometry_shader != 0, no_feature("geometryShader")),
         (
             "tessellation shader",

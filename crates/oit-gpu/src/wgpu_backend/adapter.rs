@@ -18,6 +18,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::SHADER_INT64_ATOMIC_MIN_MAX)
     .union(Features::SHADER_INT64_ATOMIC_ALL_OPS)
     .union(Features::FLOAT32_BLENDABLE)
+    .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
     .union(Features::PIPELINE_CACHE);
 
@@ -156,6 +157,7 @@ fn limits(
         blendable: formats::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
         vertex_writes: features.contains(Features::VERTEX_WRITABLE_STORAGE),
+        unclipped: features.contains(Features::DEPTH_CLIP_CONTROL),
         capabilities,
         // wgpu offers subgroups in both stages and all operations, or none.
         subgroup_stages: if has_subgroups { SUBGROUP_STAGES } else { ShaderStages::empty() },
@@ -182,6 +184,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
             "the adapter lacks FRAGMENT_WRITABLE_STORAGE".to_owned(),
         ),
         feature("subgroups in compute", Features::SUBGROUP),
+        feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
         never("geometry shader"),
         never("tessellation shader"),
         never("fragment shader interlock"),

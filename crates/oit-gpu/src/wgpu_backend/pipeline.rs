@@ -237,7 +237,10 @@ fn raster(
             compilation_options: options(),
             buffers: &buffers,
         },
-        primitive: wgpu::PrimitiveState::default(),
+        primitive: wgpu::PrimitiveState {
+            unclipped_depth: key.unclipped,
+            ..wgpu::PrimitiveState::default()
+        },
         // A plan's format has either depth or stencil.
         depth_stencil: depth.or(stencil),
         multisample: wgpu::MultisampleState::default(),
