@@ -1,13 +1,15 @@
 //! What a device can do, and whether that is enough for a plan.
 
-use crate::reflect::{self, Access, Binding, Kind, Reflection};
+use crate::features::Features;
+use crate::reflect::{Access, Binding, Kind, Reflection};
 use crate::{Dispatch, Format, GpuError, Plan, Work};
-use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use std::sync::Arc;
 
 /// What a device can do, in the terms of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Limits {
+    /// The device's name, for messages.
+    pub(crate) device: String,
     pub(crate) buffer_bytes: u64,
     pub(crate) storage_binding_bytes: u64,
     pub(crate) uniform_binding_bytes: u64,
@@ -28,9 +30,8 @@ pub(crate) struct Limits {
     pub(crate) vertex_writes: bool,
     /// Whether primitives can be drawn without clipping at the near and far planes.
     pub(crate) unclipped: bool,
-    pub(crate) capabilities: Capabilities,
-    pub(crate) subgroup_stages: ShaderStages,
-    pub(crate) subgroup_operations: SubgroupOperationSet,
+    /// What its shaders may use beyond WGSL's core.
+    pub(crate) features: Features,
 }
 
 impl Limits {
@@ -73,13 +74,9 @@ impl Limits {
     }
 
     fn shader(&self, plan: &Plan, reflection: &Reflection, kind: Kind) -> Result<(), String> {
-        let full = (reflect::CAPABILITIES, reflect::SUBGROUP_STAGES, SubgroupOperationSet::all());
-        let here = (self.capabilities, self.subgroup_stages, self.subgroup_operations);
-        if here != full {
-            reflect::validator(self.capabilities, self.subgroup_stages, self.subgroup_operations)
-                .validate(&reflection.module)
-                .map_err(|error| chain(error.as_inner()))?;
-        }
+        self.features
+            .suffice(&reflection.module)
+            .map_err(|lacking| format!("{} has no {lacking}", self.device))?;
         for binding in reflection.bindings_of(kind) {
             let bytes = plan.buffer(&binding.name).map_or(0, crate::Buffer::allocated_bytes);
             let (limit, unit) = match binding.access {
@@ -139,8 +136,7 @@ impl Limits {
                     return Err("vertex shaders cannot write buffers".to_owned());
                 }
                 if raster.unclipped && !self.unclipped {
-                    let what = "it draws unclipped, and this device cannot clamp depth instead";
-                    return Err(what.to_owned());
+                    return Err(format!("{} has no unclipped depth", self.device));
                 }
                 let count = raster.color.len() as u32;
                 within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;

@@ -102,7 +102,9 @@ impl VertexFormat {
 }
 
 /// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`. An array
-/// of a function may hold anything before it is written (see the vulkan backend's `arrays`).
+/// of a function may hold anything before it is written (see the vulkan backend's `arrays`). A line
+/// `enable NAME;` may stand anywhere, not only at the top, so that a source can be put together from
+/// several texts. What a shader needs of a device is found from its code, whatever it enables.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shader {
     /// What it is, for messages and listings.

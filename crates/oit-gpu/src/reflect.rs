@@ -1,28 +1,13 @@
 //! What a WGSL shader binds, reads and writes: the shader is where a pass's resources are declared.
 
+use crate::directives::hoisted;
+use crate::features::Features;
 use crate::{Shader, VertexFormat};
 use naga::proc::GlobalCtx;
-use naga::valid::{
-    Capabilities, GlobalUse, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags,
-    Validator,
-};
+use naga::valid::{GlobalUse, ModuleInfo};
 use naga::{AddressSpace, Handle, Module, ScalarKind, ShaderStage, StorageAccess, Type};
 use std::collections::HashMap;
 use std::sync::Arc;
-
-/// What WGSL may use beyond its core: what both backends can offer. A device that lacks one of
-/// these refuses the shaders that need it.
-pub(crate) const CAPABILITIES: Capabilities = Capabilities::SUBGROUP
-    .union(Capabilities::SUBGROUP_BARRIER)
-    .union(Capabilities::EARLY_DEPTH_TEST)
-    .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32)
-    .union(Capabilities::SHADER_INT64)
-    .union(Capabilities::SHADER_INT64_ATOMIC_MIN_MAX)
-    .union(Capabilities::SHADER_INT64_ATOMIC_ALL_OPS);
-
-/// The stages in which a shader may use subgroup operations.
-pub(crate) const SUBGROUP_STAGES: ShaderStages =
-    ShaderStages::COMPUTE.union(ShaderStages::FRAGMENT);
 
 /// A parsed and validated shader.
 #[derive(Debug)]
@@ -112,11 +97,12 @@ impl Reflection {
     /// The compiler's message with the lines concerned, or what a plan cannot give such a shader.
     pub fn new(shader: &Shader) -> Result<Self, String> {
         let label = &shader.label;
-        let module = naga::front::wgsl::parse_str(&shader.wgsl)
-            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
-        let info = validator(CAPABILITIES, SUBGROUP_STAGES, SubgroupOperationSet::all())
+        let wgsl = hoisted(&shader.wgsl);
+        let module = naga::front::wgsl::parse_str(&wgsl)
+            .map_err(|error| error.emit_to_string_with_path(&wgsl, label))?;
+        let info = Features::ALL
             .validate(&module)
-            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
+            .map_err(|error| error.emit_to_string_with_path(&wgsl, label))?;
         if let Some((_, constant)) = module.overrides.iter().next() {
             let name = constant.name.as_deref().unwrap_or("without a name");
             return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
@@ -242,17 +228,6 @@ impl Reflection {
         self.bindings.sort_by_key(|binding| (binding.group, binding.binding));
         Ok(())
     }
-}
-
-/// A validator that allows so much and no more.
-pub(crate) fn validator(
-    capabilities: Capabilities,
-    subgroup_stages: ShaderStages,
-    operations: SubgroupOperationSet,
-) -> Validator {
-    let mut validator = Validator::new(ValidationFlags::all(), capabilities);
-    validator.subgroup_stages(subgroup_stages).subgroup_operations(operations);
-    validator
 }
 
 /// Whether a vertex attribute of this format is read as floats, else as `u32`.

@@ -21,6 +21,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("clears_a_buffer", clears_a_buffer),
     ("dispatches_by_a_buffer", dispatches_by_a_buffer),
     ("runs_subgroups_or_says_why_not", runs_subgroups_or_says_why_not),
+    ("fragments_append_by_subgroup", fragments_append_by_subgroup),
+    ("a_chain_of_64_bit_maxima_keeps_the_largest", a_chain_of_64_bit_maxima_keeps_the_largest),
     ("counts_fragments_with_atomics", counts_fragments_with_atomics),
     ("draws_indexed_vertices", draws_indexed_vertices),
     ("row_0_is_the_top_and_y_is_up", row_0_is_the_top_and_y_is_up),
@@ -266,6 +268,140 @@ fn runs_subgroups_or_says_why_not(device: &mut dyn Device) {
     for (i, sum) in (0..).zip(words_of(device, &plan, "sums")) {
         assert_eq!(sum % 1000, i ^ 1);
         assert!((least..=most).contains(&(sum / 1000)), "{sum}");
+    }
+}
+
+/// Triangles of a few pixels that lie over each other: many quads are partly covered.
+const SMALL_TRIANGLES: &str = "
+@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+    var hash = (i / 3u) * 2654435769u;
+    hash = (hash ^ (hash >> 15u)) * 2246822519u;
+    let corner = vec2<f32>(f32(hash & 0xFFFFu), f32(hash >> 16u)) / 32768.0 - 1.0;
+    let side = 0.1 + 0.05 * f32(i % 7u);
+    let offset = vec2<f32>(f32(i % 3u == 1u), f32(i % 3u == 2u)) * side;
+    return vec4<f32>(corner + offset, 0.5, 1.0);
+}
+";
+
+fn fragments_append_by_subgroup(device: &mut dyn Device) {
+    // The leader is the first lane that is no helper, so that helpers take no index and add nothing.
+    let append = "
+        enable subgroups;
+        @group(0) @binding(0) var<storage, read_write> next: atomic<u32>;
+        @group(0) @binding(1) var<storage, read_write> taken: array<atomic<u32>>;
+        @group(0) @binding(2) var<storage, read_write> leaders: atomic<u32>;
+        fn below(lane: u32, word: u32) -> u32 {
+            return extractBits(0xFFFFFFFFu, 0u, min(max(lane, word * 32u) - word * 32u, 32u));
+        }
+        @fragment fn fs(
+            @builtin(sample_mask) mask: u32,
+            @builtin(subgroup_invocation_id) lane: u32,
+            @builtin(subgroup_size) size: u32,
+        ) -> @location(0) vec4<f32> {
+            let live = subgroupBallot(mask != 0u);
+            let bits = countOneBits(live);
+            var leader = size;
+            var rank = 0u;
+            for (var word = 0u; word < 4u; word++) {
+                if leader == size && live[word] != 0u {
+                    leader = word * 32u + countTrailingZeros(live[word]);
+                }
+                rank += countOneBits(live[word] & below(lane, word));
+            }
+            var first = 0u;
+            if mask != 0u && lane == leader {
+                first = atomicAdd(&next, bits.x + bits.y + bits.z + bits.w);
+                atomicAdd(&leaders, 1u);
+            }
+            first = subgroupShuffle(first, min(leader, size - 1u));
+            if mask != 0u {
+                atomicAdd(&taken[first + rank], 1u);
+            }
+            return vec4<f32>(1.0);
+        }";
+    let draw = |fragment: &str| {
+        let shader = Shader::new("small triangles", [SMALL_TRIANGLES, fragment].concat());
+        Raster {
+            color: vec![color("image", None, Load::Clear([0.0; 4]))],
+            ..Raster::new(shader, Draw::Vertices { count: 300, instances: 1 })
+        }
+    };
+    let targets = || vec![target("image", Format::R8Unorm, 61, 45)];
+    let passes = vec![Pass::clear("clear", "counts"), Pass::raster("count", draw(COUNTING))];
+    let counting = plan(vec![Buffer::new("counts", 4)], targets(), passes);
+    let fragments = words_of(device, &counting, "counts")[0];
+    assert!(fragments > 1000, "{fragments}");
+    let passes = vec![
+        Pass::clear("clear", "next"),
+        Pass::clear("clear", "taken"),
+        Pass::clear("clear", "leaders"),
+        Pass::raster("capture", draw(append)),
+    ];
+    let buffers = vec![
+        Buffer::new("next", 4),
+        Buffer::new("taken", u64::from(fragments) * 8),
+        Buffer::new("leaders", 4),
+    ];
+    let plan = plan(buffers, targets(), passes);
+    if lacks(device, "subgroups in fragment", &plan) {
+        return;
+    }
+    let id = ran(device, &plan);
+    assert_eq!(to_words(&device.read(id, "next").expect("read"))[0], fragments);
+    let taken = to_words(&device.read(id, "taken").expect("read"));
+    let (once, never) = taken.split_at(fragments as usize);
+    assert!(once.iter().all(|&times| times == 1), "each index is handed out once: {once:?}");
+    assert!(never.iter().all(|&times| times == 0), "{never:?}");
+    let leaders = to_words(&device.read(id, "leaders").expect("read"))[0];
+    assert!(leaders < fragments, "{leaders} atomics for {fragments} fragments");
+}
+
+fn a_chain_of_64_bit_maxima_keeps_the_largest(device: &mut dyn Device) {
+    const KEPT: usize = 4;
+    const LAYERS: u32 = 16;
+    let key = |layer: u32, pixel: u32| {
+        let low = (layer * 7919 + pixel * 104_729).wrapping_mul(2_654_435_769);
+        u64::from(low.rotate_left(9) ^ pixel) << 32 | u64::from(low)
+    };
+    let chain = "
+        @group(0) @binding(0) var<storage, read_write> slots: array<atomic<u64>>;
+        struct Layer { @builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) id: u32 }
+        @vertex fn vs(
+            @builtin(vertex_index) i: u32, @builtin(instance_index) layer: u32,
+        ) -> Layer {
+            let at = vec2<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0);
+            return Layer(vec4<f32>(at, 0.5, 1.0), layer);
+        }
+        @fragment fn fs(layer: Layer) -> @location(0) vec4<f32> {
+            let pixel = u32(layer.at.y) * 8u + u32(layer.at.x);
+            let low = (layer.id * 7919u + pixel * 104729u) * 2654435769u;
+            var key = (u64((low << 9u | low >> 23u) ^ pixel) << 32u) | u64(low);
+            for (var i = 0u; i < 4u; i++) {
+                key = min(key, atomicMax(&slots[pixel * 4u + i], key));
+            }
+            return vec4<f32>(1.0);
+        }";
+    let raster = Raster {
+        color: vec![color("image", None, Load::Clear([0.0; 4]))],
+        ..Raster::new(Shader::new("chain", chain), Draw::Vertices { count: 3, instances: LAYERS })
+    };
+    let passes = vec![Pass::clear("clear", "slots"), Pass::raster("capture", raster)];
+    let bytes = 8 * 5 * KEPT as u64 * 8;
+    let targets = vec![target("image", Format::R8Unorm, 8, 5)];
+    let plan = plan(vec![Buffer::new("slots", bytes)], targets, passes);
+    if lacks(device, "64-bit atomics", &plan) {
+        return;
+    }
+    let id = ran(device, &plan);
+    let slots = device.read(id, "slots").expect("read");
+    let slots: Vec<u64> = slots
+        .chunks_exact(8)
+        .map(|bytes| u64::from_le_bytes(bytes.try_into().expect("eight bytes")))
+        .collect();
+    for (pixel, kept) in (0..).zip(slots.chunks_exact(KEPT)) {
+        let mut keys: Vec<u64> = (0..LAYERS).map(|layer| key(layer, pixel)).collect();
+        keys.sort_unstable_by(|a, b| b.cmp(a));
+        assert_eq!(kept, &keys[..KEPT], "pixel {pixel}");
     }
 }
 

@@ -11,6 +11,8 @@ mod instance;
 mod physical;
 mod pipeline;
 mod prepared;
+mod sample_mask;
+mod words;
 
 use crate::device::{POISON, no_resource, not_prepared};
 use crate::pipeline_key::PipelineKey;

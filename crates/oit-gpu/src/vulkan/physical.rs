@@ -2,8 +2,8 @@
 
 use super::instance::{Instance, version_text};
 use super::{failure, formats};
+use crate::features::Features;
 use crate::limits::Limits;
-use crate::reflect::{CAPABILITIES, SUBGROUP_STAGES};
 use crate::timing::Clock;
 use crate::{Format, GpuError};
 use ash::{ext, khr, vk};
@@ -109,7 +109,7 @@ impl Physical {
                 format_features(format).contains(attachment)
             })
             .unwrap_or(vk::Format::S8_UINT);
-        let limits = limits(&properties.limits, &features, &f12, &p11, &p13, |format| {
+        let limits = limits(&name, &properties.limits, &features, &f12, &p11, &p13, |format| {
             format_features(formats::format(format, stencil_format))
         });
         let has_executable_properties =
@@ -172,6 +172,7 @@ fn kind(device_type: vk::PhysicalDeviceType) -> &'static str {
 }
 
 fn limits(
+    device: &str,
     limits: &vk::PhysicalDeviceLimits,
     features: &vk::PhysicalDeviceFeatures,
     f12: &vk::PhysicalDeviceVulkan12Features<'_>,
@@ -205,12 +206,13 @@ fn limits(
     ] {
         subgroup_operations.set(operations, p11.subgroup_supported_operations.contains(feature));
     }
-    let mut capabilities = CAPABILITIES;
+    let mut capabilities = Features::ALL.capabilities;
     capabilities.set(Capabilities::SHADER_INT64, features.shader_int64 != 0);
     let atomics =
         Capabilities::SHADER_INT64_ATOMIC_MIN_MAX | Capabilities::SHADER_INT64_ATOMIC_ALL_OPS;
     capabilities.set(atomics, f12.shader_buffer_int64_atomics != 0 && features.shader_int64 != 0);
     Limits {
+        device: device.to_owned(),
         buffer_bytes: p13.max_buffer_size.min(p11.max_memory_allocation_size),
         storage_binding_bytes: u64::from(limits.max_storage_buffer_range),
         uniform_binding_bytes: u64::from(limits.max_uniform_buffer_range),
@@ -236,9 +238,7 @@ fn limits(
         fragment_writes: features.fragment_stores_and_atomics != 0,
         vertex_writes: features.vertex_pipeline_stores_and_atomics != 0,
         unclipped: features.depth_clamp != 0,
-        capabilities,
-        subgroup_stages: subgroup_stages & SUBGROUP_STAGES,
-        subgroup_operations,
+        features: Features { capabilities, subgroup_stages, subgroup_operations },
     }
 }
 
@@ -250,13 +250,15 @@ fn unsupported(
     p11: &vk::PhysicalDeviceVulkan11Properties<'_>,
     has_timestamps: bool,
 ) -> Vec<Unsupported> {
-    let subgroups = p11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-        && p11.subgroup_supported_operations.contains(
-            vk::SubgroupFeatureFlags::BASIC
-                | vk::SubgroupFeatureFlags::BALLOT
-                | vk::SubgroupFeatureFlags::SHUFFLE
-                | vk::SubgroupFeatureFlags::ARITHMETIC,
-        );
+    let subgroups = |stage| {
+        p11.subgroup_supported_stages.contains(stage)
+            && p11.subgroup_supported_operations.contains(
+                vk::SubgroupFeatureFlags::BASIC
+                    | vk::SubgroupFeatureFlags::BALLOT
+                    | vk::SubgroupFeatureFlags::SHUFFLE
+                    | vk::SubgroupFeatureFlags::ARITHMETIC,
+            )
+    };
     let int64_atomics = features.shader_int64 != 0 && f12.shader_buffer_int64_atomics != 0;
     let no_feature = |name: &str| format!("the driver lacks the feature {name}");
     let extension = |feature, name: &CStr| {
@@ -272,8 +274,13 @@ fn unsupported(
         ),
         (
             "subgroups in compute",
-            subgroups,
+            subgroups(vk::ShaderStageFlags::COMPUTE),
             "the driver lacks ballot, shuffle or arithmetic in compute shaders".to_owned(),
+        ),
+        (
+            "subgroups in fragment",
+            subgroups(vk::ShaderStageFlags::FRAGMENT),
+            "the driver lacks ballot, shuffle or arithmetic in fragment shaders".to_owned(),
         ),
         ("unclipped depth", features.depth_clamp != 0, no_feature("depthClamp")),
         ("geometry shader", features.geometry_shader != 0, no_feature("geometryShader")),

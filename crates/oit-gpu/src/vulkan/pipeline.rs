@@ -2,7 +2,7 @@
 
 use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
-use super::{failure, formats};
+use super::{failure, formats, sample_mask};
 use crate::GpuError;
 use crate::cache_file::CacheFile;
 use crate::pipeline_key::{PipelineKey, RasterKey};
@@ -326,5 +326,5 @@ fn spirv(
     };
     let pipeline = spv::PipelineOptions { shader_stage, entry_point: entry_point.to_owned() };
     let words = spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))?;
-    Ok(leave_arrays_unset(&words))
+    Ok(sample_mask::as_array(&leave_arrays_unset(&words)))
 }

@@ -3,6 +3,7 @@
 use super::formats;
 use crate::Shader;
 use crate::cache_file::CacheFile;
+use crate::directives::hoisted;
 use crate::pipeline_key::{PipelineKey, RasterKey};
 use crate::reflect::{Access, Kind, Reflection};
 use std::collections::HashMap;
@@ -77,7 +78,7 @@ impl Pipelines {
     ) -> Pipeline {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(&shader.label),
-            source: wgpu::ShaderSource::Wgsl(shader.wgsl.as_ref().into()),
+            source: wgpu::ShaderSource::Wgsl(hoisted(&shader.wgsl)),
         };
         // SAFETY: the shaders are the project's own and end; the vulkan backend runs them without
         // checks too, so that both time the same work.
