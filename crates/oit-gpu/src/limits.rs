@@ -15,6 +15,7 @@ pub(crate) struct Limits {
     pub(crate) uniform_binding_bytes: u64,
     pub(crate) storage_bindings_per_stage: u32,
     pub(crate) uniform_bindings_per_stage: u32,
+    pub(crate) textures_per_stage: u32,
     pub(crate) groups: u32,
     pub(crate) workgroups: [u32; 3],
     pub(crate) workgroup_size: [u32; 3],
@@ -62,11 +63,7 @@ impl Limits {
         }
         for (pass, reflection) in plan.passes.iter().zip(reflections) {
             let Some(reflection) = reflection else { continue };
-            let kind = match &pass.work {
-                Work::Raster(_) => Kind::Raster,
-                _ => Kind::Compute,
-            };
-            self.shader(plan, reflection, kind)
+            self.shader(plan, reflection, Kind::of(&pass.work))
                 .and_then(|()| self.work(&pass.work, reflection, plan))
                 .map_err(|what| unsupported(format!("pass {:?}: {what}", pass.label)))?;
         }
@@ -78,6 +75,9 @@ impl Limits {
             .suffice(&reflection.module)
             .map_err(|lacking| format!("{} has no {lacking}", self.device))?;
         for binding in reflection.bindings_of(kind) {
+            if binding.access == Access::Texture {
+                continue;
+            }
             let bytes = plan.buffer(&binding.name).map_or(0, crate::Buffer::allocated_bytes);
             let (limit, unit) = match binding.access {
                 Access::Uniform => (self.uniform_binding_bytes, "bytes of a uniform binding"),
@@ -87,12 +87,17 @@ impl Limits {
         }
         let in_stage: [fn(&Binding) -> bool; 3] = [|b| b.compute, |b| b.vertex, |b| b.fragment];
         for used in in_stage {
-            let bindings = || reflection.bindings_of(kind).filter(|binding| used(binding));
-            let uniform = bindings().filter(|b| b.access == Access::Uniform).count() as u32;
-            let storage = bindings().count() as u32 - uniform;
+            let count = |is: fn(Access) -> bool| {
+                let bindings = reflection.bindings_of(kind);
+                bindings.filter(|binding| used(binding) && is(binding.access)).count() as u32
+            };
+            let uniform = count(|access| access == Access::Uniform);
+            let storage = count(|access| matches!(access, Access::Read | Access::ReadWrite));
+            let textures = count(|access| access == Access::Texture);
             let what = || "the shader".to_owned();
             within(what, uniform, self.uniform_bindings_per_stage, "uniform buffers of a stage")?;
             within(what, storage, self.storage_bindings_per_stage, "storage buffers of a stage")?;
+            within(what, textures, self.textures_per_stage, "textures of a stage")?;
         }
         within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
     }
@@ -145,7 +150,8 @@ impl Limits {
                     if let Some(format) = format.filter(|format| !self.blendable.contains(format)) {
                         let target = &color.target;
                         return Err(format!(
-                            "target {target:?}: {format:?} cannot be blended into"
+                            "target {target:?}: {} cannot blend into {format:?}",
+                            self.device
                         ));
                     }
                 }

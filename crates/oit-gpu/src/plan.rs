@@ -1,9 +1,10 @@
 //! A technique as data: named buffers and targets, and a list of labelled passes over them.
 //!
 //! A plan holds no API call. A pass names no binding either: every `var<storage>` or
-//! `var<uniform>` of its shader is bound to the plan's buffer of the same name, so the shader is
-//! the one place where a resource is declared to be read or written. Passes run one after the
-//! other, each seeing all that earlier ones wrote.
+//! `var<uniform>` of its shader is bound to the plan's buffer of the same name, and every
+//! `texture_2d<f32>` to its colour target, so the shader is the one place where a resource is
+//! declared to be read or written. Passes run one after the other, each seeing all that earlier
+//! ones wrote.
 
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ pub struct Plan {
     pub name: String,
     /// Every buffer a pass or a shader names.
     pub buffers: Vec<Buffer>,
-    /// Every texture that a raster pass draws to.
+    /// Every texture that a raster pass draws to or a shader reads.
     pub targets: Vec<Target>,
     /// What is done, in order.
     pub passes: Vec<Pass>,
@@ -41,7 +42,9 @@ pub enum Contents {
     Data(Arc<[u8]>),
 }
 
-/// A two-dimensional texture that raster passes draw to.
+/// A two-dimensional texture that raster passes draw to. Passes to which it is not attached can read
+/// one of colour: their shader's `var NAME: texture_2d<f32>` is the target of that name, pixel (0, 0)
+/// at the top left. Depth and stencil cannot be read by a shader.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Target {
     /// Its name.

@@ -2,17 +2,20 @@
 
 use crate::directives::hoisted;
 use crate::features::Features;
-use crate::{Shader, VertexFormat};
+use crate::{Shader, VertexFormat, Work};
 use naga::proc::GlobalCtx;
 use naga::valid::{GlobalUse, ModuleInfo};
-use naga::{AddressSpace, Handle, Module, ScalarKind, ShaderStage, StorageAccess, Type};
+use naga::{
+    AddressSpace, Handle, ImageClass, ImageDimension, Module, ScalarKind, ShaderStage,
+    StorageAccess, Type, TypeInner,
+};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A parsed and validated shader.
 #[derive(Debug)]
 pub struct Reflection {
-    /// Every buffer its entry points use, by group and binding.
+    /// Every buffer and target its entry points use, by group and binding.
     pub bindings: Vec<Binding>,
     /// The compute entry point `main`.
     pub main: Option<Main>,
@@ -24,14 +27,14 @@ pub struct Reflection {
     pub(crate) info: ModuleInfo,
 }
 
-/// A buffer that a shader uses.
+/// A buffer or target that a shader uses.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Binding {
     /// `@group`.
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
-    /// The variable, which is the name of the plan's buffer.
+    /// The variable, which is the name of the plan's buffer or target.
     pub name: String,
     /// How it is declared.
     pub access: Access,
@@ -42,10 +45,11 @@ pub struct Binding {
     /// Whether `fs` uses it.
     pub fragment: bool,
     /// Bytes the buffer must have at least: the type's size, with one element of a runtime array.
+    /// Of a target 0.
     pub min_bytes: u64,
 }
 
-/// How a shader declares a buffer.
+/// How a shader declares a buffer or a target.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Access {
     /// `var<uniform>`.
@@ -54,6 +58,8 @@ pub enum Access {
     Read,
     /// `var<storage, read_write>`.
     ReadWrite,
+    /// `texture_2d<f32>`.
+    Texture,
 }
 
 /// The compute entry point.
@@ -90,6 +96,16 @@ pub(crate) enum Kind {
     Raster,
 }
 
+impl Kind {
+    /// How a pass with this work runs its shader.
+    pub(crate) fn of(work: &Work) -> Self {
+        match work {
+            Work::Raster(_) => Self::Raster,
+            Work::Compute { .. } | Work::Clear { .. } => Self::Compute,
+        }
+    }
+}
+
 impl Reflection {
     /// Parses and validates a shader.
     ///
@@ -114,7 +130,7 @@ impl Reflection {
         Ok(reflection)
     }
 
-    /// The buffers that a pass of this kind binds.
+    /// What a pass of this kind binds.
     pub(crate) fn bindings_of(&self, kind: Kind) -> impl Iterator<Item = &Binding> + Clone {
         self.bindings.iter().filter(move |binding| match kind {
             Kind::Compute => binding.compute,
@@ -208,12 +224,23 @@ impl Reflection {
                     Access::ReadWrite
                 }
                 AddressSpace::Storage { .. } => Access::Read,
-                _ => return Err(format!("`{name}` is no buffer, and a plan binds buffers only")),
+                AddressSpace::Handle if is_texture(&self.module.types[global.ty].inner) => {
+                    Access::Texture
+                }
+                _ => {
+                    return Err(format!(
+                        "`{name}` is neither a buffer nor a `texture_2d<f32>`, and a plan binds \
+                         nothing else"
+                    ));
+                }
             };
             let Some(naga::ResourceBinding { group, binding }) = global.binding else {
                 return Err(format!("`{name}` has no @group and @binding"));
             };
-            let min_bytes = type_bytes(global.ty, self.module.to_ctx());
+            let min_bytes = match access {
+                Access::Texture => 0,
+                _ => type_bytes(global.ty, self.module.to_ctx()),
+            };
             let new =
                 Binding { group, binding, name, access, compute, vertex, fragment, min_bytes };
             let twin = self.bindings.iter().find(|b| (b.group, b.binding) == (group, binding));
@@ -238,6 +265,12 @@ pub(crate) fn is_float(format: VertexFormat) -> bool {
     }
 }
 
+/// Whether a type is `texture_2d<f32>`.
+fn is_texture(ty: &TypeInner) -> bool {
+    let class = ImageClass::Sampled { kind: ScalarKind::Float, multi: false };
+    *ty == TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class }
+}
+
 /// The size of a type; of a type too large to have one, the largest number there is, which no
 /// buffer has.
 fn type_bytes(ty: Handle<Type>, context: GlobalCtx<'_>) -> u64 {
@@ -255,7 +288,7 @@ fn locations(
         Some(&naga::Binding::Location { location, .. }) => found.push((location, ty)),
         Some(naga::Binding::BuiltIn(_)) => {}
         None => {
-            if let naga::TypeInner::Struct { members, .. } = &module.types[ty].inner {
+            if let TypeInner::Struct { members, .. } = &module.types[ty].inner {
                 for member in members {
                     locations(module, member.ty, member.binding.as_ref(), found);
                 }
@@ -346,9 +379,27 @@ mod tests {
         let message = Reflection::new(&Shader::new("types.wgsl", types)).expect_err("ill typed");
         assert!(message.contains("types.wgsl:1:"), "{message}");
 
-        let texture = "@group(0) @binding(0) var image: texture_2d<f32>;
-            @compute @workgroup_size(1) fn main() { _ = textureDimensions(image); }";
-        let message = Reflection::new(&Shader::new("t", texture)).expect_err("no buffer");
-        assert!(message.contains("`image` is no buffer"), "{message}");
+        for ty in ["texture_2d<u32>", "texture_depth_2d", "texture_2d_array<f32>"] {
+            let texture = format!(
+                "@group(0) @binding(0) var image: {ty};
+                @compute @workgroup_size(1) fn main() {{ _ = textureDimensions(image); }}"
+            );
+            let message = Reflection::new(&Shader::new("t", texture)).expect_err("not bound");
+            assert!(message.contains("`image` is neither a buffer nor"), "{message}");
+        }
+    }
+
+    #[test]
+    fn textures_are_bound_by_name_as_buffers_are() {
+        let shader = "@group(0) @binding(1) var unused: texture_2d<f32>;
+            @group(1) @binding(0) var image: texture_2d<f32>;
+            @group(0) @binding(0) var<storage, read_write> first: array<f32>;
+            @compute @workgroup_size(1) fn main() {
+                first[0] = textureLoad(image, vec2<u32>(0u, 0u), 0).x;
+            }";
+        let seen = Reflection::new(&Shader::new("t", shader)).expect("valid");
+        let listed: Vec<_> =
+            seen.bindings.iter().map(|b| (b.name.as_str(), b.access, b.min_bytes)).collect();
+        assert_eq!(listed, [("first", Access::ReadWrite, 4), ("image", Access::Texture, 0)]);
     }
 }

@@ -226,6 +226,36 @@ fn attachments_fit_each_other_and_the_shader() {
 }
 
 #[test]
+fn shaders_read_colour_targets_of_other_passes() {
+    fn reading() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets.push(target("earlier", Format::R32Float));
+        let texture = "@group(0) @binding(1) var earlier: texture_2d<f32>;\n";
+        let load = "textureLoad(earlier, vec2<u32>(0u, 0u), 0)";
+        let wgsl = [texture, &MASKED.replace("vec4<f32>(1.0)", load)].concat();
+        raster_of(&mut plan).shader = Shader::new("reading", wgsl);
+        plan
+    }
+    let rename = |p: &mut Plan| p.targets[2].name = "earlie".to_owned();
+    refused(reading, rename, &["`earlier`", "no target is named", "nearest is \"earlie\""]);
+    let attached = |p: &mut Plan| raster_of(p).color[0].target = "earlier".to_owned();
+    refused(reading, attached, &["`earlier`", "attached to the pass that reads it"]);
+    for format in [Format::Depth32Float, Format::Stencil8] {
+        refused(
+            reading,
+            |p| p.targets[2].format = format,
+            &["`earlier`", "not of depth or stencil"],
+        );
+    }
+    let buffer = |p: &mut Plan| {
+        p.targets.pop();
+        p.buffers.push(Buffer::new("earlier", 64));
+    };
+    refused(reading, buffer, &["`earlier`", "no target is named"]);
+    assert!(reading().to_string().contains("    reads earlier\n"), "{}", reading());
+}
+
+#[test]
 fn vertices_fit_the_shader() {
     fn indexed() -> Plan {
         let mut plan = raster_plan();

@@ -32,6 +32,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("unclipped_draws_past_both_planes", unclipped_draws_past_both_planes),
     ("late_writes_show_the_rejected", late_writes_show_the_rejected),
     ("blends", blends),
+    ("counts_by_blending_as_by_atomics", counts_by_blending_as_by_atomics),
+    ("shaders_read_targets", shaders_read_targets),
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
     ("moves_more_than_the_staging_holds", moves_more_than_the_staging_holds),
@@ -699,6 +701,113 @@ fn blends(device: &mut dyn Device) {
         };
         let expected: Vec<u8> = expected.iter().flat_map(|&v| half(v).to_le_bytes()).collect();
         assert_eq!(device.read(id, "image").expect("read"), expected.repeat(4), "{blend:?}");
+    }
+}
+
+fn counts_by_blending_as_by_atomics(device: &mut dyn Device) {
+    let one = "@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }";
+    let atomic = "
+        @group(0) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            atomicAdd(&counts[u32(at.y) * 61u + u32(at.x)], 1u);
+            return vec4<f32>(1.0);
+        }";
+    let copy = "
+        @group(0) @binding(0) var depth_complexity: texture_2d<f32>;
+        @group(0) @binding(1) var<storage, read_write> copied: array<u32>;
+        @compute @workgroup_size(8, 8) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            let size = textureDimensions(depth_complexity);
+            if id.x < size.x && id.y < size.y {
+                copied[id.y * size.x + id.x] = u32(textureLoad(depth_complexity, id.xy, 0).x);
+            }
+        }";
+    let draw = |fragment: &str, target: &str, blend| {
+        let shader = Shader::new("small triangles", [SMALL_TRIANGLES, fragment].concat());
+        let color = vec![color(target, blend, Load::Clear([0.0; 4]))];
+        Raster { color, ..Raster::new(shader, Draw::Vertices { count: 300, instances: 1 }) }
+    };
+    let passes = vec![
+        Pass::raster("count", draw(one, "depth_complexity", Some(Blend::Add))),
+        compute("copy", copy, [8, 6, 1]),
+        Pass::clear("clear", "counts"),
+        Pass::raster("count", draw(atomic, "pretext", None)),
+    ];
+    let targets = vec![
+        target("depth_complexity", Format::R32Float, 61, 45),
+        target("pretext", Format::R8Unorm, 61, 45),
+    ];
+    let bytes = 61 * 45 * 4;
+    let buffers = vec![Buffer::new("copied", bytes), Buffer::new("counts", bytes)];
+    let plan = plan(buffers, targets, passes);
+    if lacks(device, "32-bit float blending", &plan) {
+        return;
+    }
+    let id = device.prepare(&plan).expect("prepared");
+    for _ in 0..2 {
+        device.poison(id).expect("poisoned");
+        device.run(id).expect("ran");
+        let counts = to_words(&device.read(id, "counts").expect("read"));
+        assert!(counts.iter().any(|&count| count > 3), "{counts:?}");
+        assert_eq!(to_words(&device.read(id, "copied").expect("read")), counts);
+        let blended = to_floats(&device.read(id, "depth_complexity").expect("read"));
+        assert!(blended.iter().zip(&counts).all(|(&sum, &count)| sum == count as f32));
+    }
+}
+
+fn shaders_read_targets(device: &mut dyn Device) {
+    // Each pixel's place in sixteenths, which every format holds exactly enough; then read by a
+    // raster pass, by a vertex shader too, turned upside down, and that again by a compute pass.
+    let place = "
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            return vec4<f32>(floor(at.x) + floor(at.y) * 4.0, at.x, at.y, 8.0) / 16.0;
+        }";
+    let turn = "
+        @group(0) @binding(2) var first: texture_2d<f32>;
+        struct Out { @builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) last: f32 }
+        @vertex fn vs(@builtin(vertex_index) i: u32) -> Out {
+            let at = vec2<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0);
+            return Out(vec4<f32>(at, 0.5, 1.0), textureLoad(first, vec2<i32>(3, 2), 0).x);
+        }
+        @fragment fn fs(in: Out) -> @location(0) vec4<f32> {
+            let pixel = vec2<i32>(in.at.xy);
+            return vec4<f32>(textureLoad(first, vec2<i32>(pixel.x, 2 - pixel.y), 0).xyz, in.last);
+        }";
+    let copy = "
+        @group(1) @binding(0) var second: texture_2d<f32>;
+        @group(0) @binding(1) var<storage, read_write> copied: array<vec4<f32>>;
+        @compute @workgroup_size(4, 3) fn main(
+            @builtin(local_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) i: u32,
+        ) {
+            copied[i] = textureLoad(second, id.xy, 0);
+        }";
+    for format in [Format::Rgba32Float, Format::Rgba16Float, Format::R32Float, Format::R8Unorm] {
+        let draw = |fragment, target| {
+            full_screen(fragment, vec![color(target, None, Load::Clear([0.0; 4]))])
+        };
+        let turned = Raster { shader: Shader::new("turn", turn), ..draw("", "second") };
+        let passes = vec![
+            Pass::raster("draw", draw(place, "first")),
+            Pass::raster("draw", turned),
+            compute("copy", copy, [1, 1, 1]),
+            // Drawn to again, after it was read.
+            Pass::raster("draw", draw(place, "second")),
+        ];
+        let targets = vec![target("first", format, 4, 3), target("second", format, 4, 3)];
+        let id = ran(device, &plan(vec![Buffer::new("copied", 4 * 3 * 16)], targets, passes));
+        let copied = to_floats(&device.read(id, "copied").expect("read"));
+        for (i, rgba) in copied.chunks_exact(4).enumerate() {
+            let (x, y) = (i % 4, 2 - i / 4);
+            let at = |place: usize| (place as f32 + 0.5) / 16.0;
+            let mut expected = [(x + y * 4) as f32 / 16.0, at(x), at(y), 11.0 / 16.0];
+            if matches!(format, Format::R32Float | Format::R8Unorm) {
+                expected[1..].copy_from_slice(&[0.0, 0.0, 1.0]);
+            }
+            for (seen, expected) in rgba.iter().zip(expected) {
+                assert!((seen - expected).abs() < 0.51 / 255.0, "{format:?}: {i}: {rgba:?}");
+            }
+        }
+        let first = device.read(id, "first").expect("read");
+        assert_eq!(first, device.read(id, "second").expect("read"), "{format:?}");
     }
 }
 

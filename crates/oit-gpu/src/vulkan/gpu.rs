@@ -276,7 +276,8 @@ impl Image {
         let what = format!("target {:?}", target.name);
         let format = formats::format(target.format, gpu.physical.stencil_format);
         let usage = match target.format.is_color() {
-            true => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            // Every device samples the formats of colour: Vulkan requires it.
+            true => vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
             false => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         };
         let create = vk::ImageCreateInfo::default()

@@ -114,7 +114,8 @@ impl Physical {
         });
         let has_executable_properties =
             extensions.contains(khr::pipeline_executable_properties::NAME);
-        let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some());
+        let blends = limits.blendable.contains(&Format::R32Float);
+        let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
         let device_heaps = memory.memory_heaps_as_slice().iter();
         let memory_bytes = device_heaps
             .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
@@ -218,6 +219,7 @@ fn limits(
         uniform_binding_bytes: u64::from(limits.max_uniform_buffer_range),
         storage_bindings_per_stage: limits.max_per_stage_descriptor_storage_buffers,
         uniform_bindings_per_stage: limits.max_per_stage_descriptor_uniform_buffers,
+        textures_per_stage: limits.max_per_stage_descriptor_sampled_images,
         groups: limits.max_bound_descriptor_sets,
         workgroups: limits.max_compute_work_group_count,
         workgroup_size: limits.max_compute_work_group_size,
@@ -249,6 +251,7 @@ fn unsupported(
     f12: &vk::PhysicalDeviceVulkan12Features<'_>,
     p11: &vk::PhysicalDeviceVulkan11Properties<'_>,
     has_timestamps: bool,
+    has_float32_blending: bool,
 ) -> Vec<Unsupported> {
     let subgroups = |stage| {
         p11.subgroup_supported_stages.contains(stage)
@@ -281,6 +284,11 @@ fn unsupported(
             "subgroups in fragment",
             subgroups(vk::ShaderStageFlags::FRAGMENT),
             "the driver lacks ballot, shuffle or arithmetic in fragment shaders".to_owned(),
+        ),
+        (
+            "32-bit float blending",
+            has_float32_blending,
+            "the driver cannot blend into R32_SFLOAT".to_owned(),
         ),
         ("unclipped depth", features.depth_clamp != 0, no_feature("depthClamp")),
         ("geometry shader", features.geometry_shader != 0, no_feature("geometryShader")),

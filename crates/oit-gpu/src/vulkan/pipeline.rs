@@ -263,11 +263,12 @@ impl Drop for Pipeline {
     }
 }
 
-/// The kind of descriptor that a buffer so declared has.
+/// The kind of descriptor that a buffer or target so declared has.
 pub(super) fn descriptor_type(access: Access) -> vk::DescriptorType {
     match access {
         Access::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
         Access::Read | Access::ReadWrite => vk::DescriptorType::STORAGE_BUFFER,
+        Access::Texture => vk::DescriptorType::SAMPLED_IMAGE,
     }
 }
 

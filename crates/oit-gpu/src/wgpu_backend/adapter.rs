@@ -143,6 +143,7 @@ fn limits(
         uniform_binding_bytes: limits.max_uniform_buffer_binding_size,
         storage_bindings_per_stage: limits.max_storage_buffers_per_shader_stage,
         uniform_bindings_per_stage: limits.max_uniform_buffers_per_shader_stage,
+        textures_per_stage: limits.max_sampled_textures_per_shader_stage,
         groups: limits.max_bind_groups,
         workgroups: [limits.max_compute_workgroups_per_dimension; 3],
         workgroup_size: [
@@ -188,6 +189,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         ),
         feature("subgroups in compute", Features::SUBGROUP),
         feature("subgroups in fragment", Features::SUBGROUP),
+        feature("32-bit float blending", Features::FLOAT32_BLENDABLE),
         feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
         never("geometry shader"),
         never("tessellation shader"),

@@ -216,6 +216,7 @@ impl Wgpu {
         if let Some(known) = self.resources.targets.get(&key) {
             return Ok(known.clone());
         }
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let new = self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d {
@@ -227,7 +228,10 @@ impl Wgpu {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: formats::format(target.format),
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            usage: match target.format.is_color() {
+                true => usage | wgpu::TextureUsages::TEXTURE_BINDING,
+                false => usage,
+            },
             view_formats: &[],
         });
         self.outcome()?;

@@ -138,21 +138,25 @@ fn group_layouts(
                     visibility.set(ShaderStages::VERTEX, binding.vertex);
                     visibility.set(ShaderStages::FRAGMENT, binding.fragment);
                 }
-                let ty = match binding.access {
-                    Access::Uniform => wgpu::BufferBindingType::Uniform,
-                    Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
-                    Access::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+                let buffer = |ty| wgpu::BindingType::Buffer {
+                    ty,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
                 };
-                wgpu::BindGroupLayoutEntry {
-                    binding: binding.binding,
-                    visibility,
-                    ty: wgpu::BindingType::Buffer {
-                        ty,
-                        has_dynamic_offset: false,
-                        min_binding_size: None,
+                let ty = match binding.access {
+                    Access::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+                    Access::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+                    Access::ReadWrite => {
+                        buffer(wgpu::BufferBindingType::Storage { read_only: false })
+                    }
+                    // Without a sampler nothing is filtered, and 32-bit floats could not be.
+                    Access::Texture => wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
                     },
-                    count: None,
-                }
+                };
+                wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
             })
             .collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
