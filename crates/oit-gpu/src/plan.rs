@@ -360,12 +360,20 @@ impl Plan {
         stages
     }
 
-    /// Device memory of all buffers and targets, in bytes.
+    /// Device memory of all buffers and targets, in bytes, as declared; what a device allocates for
+    /// them is in [`crate::Device::memory_bytes`].
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let targets = |t: &Target| t.format.bytes() * u64::from(t.width) * u64::from(t.height);
         self.buffers.iter().map(|buffer| buffer.bytes).sum::<u64>()
-            + self.targets.iter().map(targets).sum::<u64>()
+            + self.targets.iter().map(Target::bytes).sum::<u64>()
+    }
+}
+
+impl Target {
+    /// Bytes of its pixels.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.format.bytes() * u64::from(self.width) * u64::from(self.height)
     }
 }
 

@@ -36,6 +36,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("shaders_read_targets", shaders_read_targets),
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
+    ("tells_the_memory_of_each_resource", tells_the_memory_of_each_resource),
+    ("clears_more_than_32_bits_of_bytes", clears_more_than_32_bits_of_bytes),
     ("moves_more_than_the_staging_holds", moves_more_than_the_staging_holds),
     ("times_stages", times_stages),
     ("refuses_faulty_plans", refuses_faulty_plans),
@@ -836,6 +838,69 @@ fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
     let first = |device: &mut dyn Device, id| to_words(&device.read(id, "both").expect("read"))[0];
     assert_eq!(first(device, same), 4711);
     assert_eq!(first(device, other), 0xCDCD_CDCD);
+}
+
+fn tells_the_memory_of_each_resource(device: &mut dyn Device) {
+    let data: Arc<[u8]> = vec![7; 3001].into();
+    let buffers =
+        vec![Buffer::new("large", 5_000_001), Buffer::data("given", data), Buffer::new("small", 1)];
+    let targets = vec![
+        target("image", Format::Rgba32Float, 301, 203),
+        target("mask", Format::Stencil8, 301, 203),
+    ];
+    let whole = plan(buffers.clone(), targets, vec![]);
+    let id = device.prepare(&whole).expect("prepared");
+    let listed = device.resource_bytes(id).expect("listed");
+    let declared = [
+        ("large", 5_000_001),
+        ("given", 3001),
+        ("small", 16),
+        ("image", 301 * 203 * 16),
+        ("mask", 301 * 203),
+    ];
+    assert_eq!(listed.len(), declared.len(), "{listed:?}");
+    // Devices align to tiles and pages, and a stencil may come with depth.
+    for ((name, bytes), (declared_name, declared)) in listed.iter().zip(declared) {
+        assert_eq!(name, declared_name);
+        assert!((declared..declared * 8 + (4 << 20)).contains(bytes), "{listed:?}");
+    }
+    let sum: u64 = listed.iter().map(|(_, bytes)| bytes).sum();
+    assert_eq!(device.memory_bytes(id).expect("told"), sum);
+    assert!(sum >= whole.bytes());
+    // What both plans have is counted in both.
+    let part = device.prepare(&plan(buffers[..1].to_vec(), vec![], vec![])).expect("prepared");
+    assert_eq!(device.resource_bytes(part).expect("listed"), listed[..1]);
+    device.reset();
+    let stale = device.memory_bytes(id);
+    assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+}
+
+fn clears_more_than_32_bits_of_bytes(device: &mut dyn Device) {
+    // 5 GiB that no shader binds. A device of software would take them from the host.
+    let bytes = (5 << 30) + 12;
+    let id = device.info().id.clone();
+    if device.info().kind == "cpu" {
+        eprintln!("{id}: not checked: its memory is the host's");
+        return;
+    }
+    let plan = plan(vec![Buffer::new("vast", bytes)], vec![], vec![Pass::clear("clear", "vast")]);
+    let prepared = match device.prepare(&plan) {
+        Ok(prepared) => prepared,
+        Err(error @ (GpuError::Unsupported(_) | GpuError::OutOfMemory(_))) => {
+            eprintln!("{id}: not checked: {error}");
+            return;
+        }
+        Err(error) => panic!("{error}"),
+    };
+    device.poison(prepared).expect("poisoned");
+    let poisoned = device.read(prepared, "vast").expect("read");
+    assert!(poisoned.len() as u64 == bytes && poisoned.iter().all(|&byte| byte == 0xCD));
+    drop(poisoned);
+    device.run(prepared).expect("ran");
+    let cleared = device.read(prepared, "vast").expect("read");
+    let first = cleared.iter().position(|&byte| byte != 0);
+    assert!(first.is_none(), "byte {first:?} is not cleared");
+    device.reset();
 }
 
 fn moves_more_than_the_staging_holds(device: &mut dyn Device) {

@@ -211,6 +211,8 @@ pub(super) struct Buffer {
     gpu: Rc<Gpu>,
     pub(super) raw: vk::Buffer,
     memory: vk::DeviceMemory,
+    /// The size of its allocation.
+    pub(super) memory_bytes: u64,
 }
 
 impl Buffer {
@@ -239,11 +241,12 @@ impl Buffer {
         let raw = unsafe { gpu.device.create_buffer(&create, None) }
             .map_err(|error| failure(&format!("creating {what}"), error))?;
         let memory = vk::DeviceMemory::null();
-        let mut buffer = Self { gpu: gpu.clone(), raw, memory };
+        let mut buffer = Self { gpu: gpu.clone(), raw, memory, memory_bytes: 0 };
         // SAFETY: the buffer is new and unbound, and the memory as it requires.
         unsafe {
             let needs = gpu.device.get_buffer_memory_requirements(raw);
             buffer.memory = gpu.allocate(what, needs, preferences)?;
+            buffer.memory_bytes = needs.size;
             gpu.device
                 .bind_buffer_memory(raw, buffer.memory, 0)
                 .map_err(|error| failure(&format!("binding the memory of {what}"), error))?;
@@ -268,6 +271,8 @@ pub(super) struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     memory: vk::DeviceMemory,
+    /// The size of its allocation.
+    pub(super) memory_bytes: u64,
     pub(super) format: vk::Format,
 }
 
@@ -293,7 +298,7 @@ impl Image {
         let raw = unsafe { gpu.device.create_image(&create, None) }
             .map_err(|error| failure(&format!("creating {what}"), error))?;
         let (view, memory) = (vk::ImageView::null(), vk::DeviceMemory::null());
-        let mut image = Self { gpu: gpu.clone(), raw, view, memory, format };
+        let mut image = Self { gpu: gpu.clone(), raw, view, memory, memory_bytes: 0, format };
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(formats::aspects(format))
             .level_count(1)
@@ -308,6 +313,7 @@ impl Image {
             let needs = gpu.device.get_image_memory_requirements(raw);
             let local = [vk::MemoryPropertyFlags::DEVICE_LOCAL];
             image.memory = gpu.allocate(&what, needs, &local)?;
+            image.memory_bytes = needs.size;
             gpu.device
                 .bind_image_memory(raw, image.memory, 0)
                 .map_err(|error| failure(&format!("binding the memory of {what}"), error))?;

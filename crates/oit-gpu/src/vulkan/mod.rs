@@ -216,6 +216,14 @@ impl Device for Vulkan {
         }
     }
 
+    fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError> {
+        let Prepared { buffers, targets, .. } = self.plan(plan)?;
+        let buffers = buffers.iter().map(|named| (named.name.clone(), named.buffer.memory_bytes));
+        let targets =
+            targets.iter().map(|(target, image)| (target.name.clone(), image.memory_bytes));
+        Ok(buffers.chain(targets).collect())
+    }
+
     fn reset(&mut self) {
         self.plans.clear();
         self.resources = Resources::default();

@@ -380,6 +380,18 @@ impl Device for Wgpu {
         })
     }
 
+    fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError> {
+        let prepared = self.plan(plan)?;
+        // wgpu adds a byte to what may hold vertices, so that an empty end of it can be bound, and
+        // rounds up.
+        let rounded = |bytes: u64| (bytes + 1).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let buffers = prepared.plan.buffers.iter().zip(&prepared.buffers);
+        let buffers = buffers.map(|(buffer, raw)| (buffer.name.clone(), rounded(raw.size())));
+        let targets = prepared.plan.targets.iter();
+        let targets = targets.map(|target| (target.name.clone(), target.bytes()));
+        Ok(buffers.chain(targets).collect())
+    }
+
     fn reset(&mut self) {
         self.plans.clear();
         self.resources = Resources::default();
