@@ -2,6 +2,7 @@
 //!
 //! WGSL's `@builtin(sample_mask)` is one `u32`, and naga 30 writes a variable of that type. Vulkan
 //! wants an array of them (VUID-SampleMask-SampleMask-04359), of which this is the first element.
+//! wgpu has the same from naga and hands it to the driver as it is (gfx-rs/wgpu issue 7311).
 
 use super::words::{HEADER_WORDS, instruction, instructions};
 use std::collections::HashMap;
