@@ -51,10 +51,11 @@ fn fs(@builtin(position) position: vec4<f32>) {{
     Pass::raster(
         "group",
         Raster {
-            shader: Shader::new(format!("group: mark {low} to {high}"), wgsl),
-            draw: Draw::Vertices { count: 3, instances: 1 },
-            color: Vec::new(),
             depth_stencil: Some(mark()),
+            ..Raster::new(
+                Shader::new(format!("group: mark {low} to {high}"), wgsl),
+                Draw::Vertices { count: 3, instances: 1 },
+            )
         },
     )
 }

@@ -86,5 +86,8 @@ fn pass(
         blend: None,
         write: false,
     };
-    Pass::raster(stage, Raster { shader, draw, color: vec![color], depth_stencil: mark })
+    Pass::raster(
+        stage,
+        Raster { color: vec![color], depth_stencil: mark, ..Raster::new(shader, draw) },
+    )
 }
