@@ -10,7 +10,14 @@ pub use linearized::Linearized;
 pub use linked_list::LinkedList;
 
 /// Every capture method.
-pub const CAPTURES: &[&dyn Capture] = &[&LinkedList, &Linearized];
+#[rustfmt::skip]
+pub const CAPTURES: &[&dyn Capture] = &[
+    &LinkedList,
+    &Linearized::BLOCKS,
+    &Linearized::SWEEP,
+    &Linearized::LOOK_BACK,
+    &Linearized::BLEND,
+];
 
 /// A name that no capture method has, with the nearest ones.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

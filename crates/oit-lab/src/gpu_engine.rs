@@ -99,18 +99,27 @@ impl GpuEngine {
     }
 
     /// What a plan, and the attempt before it, take of the device.
-    fn memory(&self, capture: &dyn Capture, attempt: Option<PlanId>, plan: PlanId) -> Memory {
-        let resources = self.device.resource_bytes(plan);
-        let all_bytes = resources.iter().map(|(_, bytes)| bytes).sum();
+    fn memory(
+        &self,
+        capture: &dyn Capture,
+        attempt: Option<PlanId>,
+        plan: PlanId,
+    ) -> Result<Memory, CellError> {
+        let sum = |resources: &mut dyn Iterator<Item = &(String, u64)>| {
+            resources.map(|(_, bytes)| bytes).sum::<u64>()
+        };
+        let resources = self.device.resource_bytes(plan)?;
+        let all_bytes = sum(&mut resources.iter());
         let layout = capture.layout_wgsl();
         let is_read = |name: &str| layout.contains(&format!("> {name}:"));
-        let lfb_bytes = resources.iter().filter(|(name, _)| is_read(name)).map(|(_, bytes)| bytes);
-        let lfb_bytes = lfb_bytes.sum();
+        let lfb_bytes = sum(&mut resources.iter().filter(|(name, _)| is_read(name)));
         // What both have in common is there once.
-        let first = attempt.map_or_else(Vec::new, |plan| self.device.resource_bytes(plan));
-        let own = first.iter().filter(|resource| !resources.contains(resource));
-        let peak_bytes = all_bytes + own.map(|(_, bytes)| bytes).sum::<u64>();
-        Memory { all_bytes, lfb_bytes, peak_bytes }
+        let first = match attempt {
+            Some(attempt) => self.device.resource_bytes(attempt)?,
+            None => Vec::new(),
+        };
+        let own = sum(&mut first.iter().filter(|resource| !resources.contains(resource)));
+        Ok(Memory { all_bytes, lfb_bytes, peak_bytes: all_bytes + own })
     }
 }
 
@@ -226,7 +235,7 @@ impl Engine for GpuEngine {
             pool_initial,
             pool_final: pool_slots,
             pool_grown: u32::from(attempt.is_some()),
-            memory: Some(self.memory(technique.capture, attempt, plan)),
+            memory: Some(self.memory(technique.capture, attempt, plan)?),
             prepare_ms,
         };
         let capture = technique.capture;
