@@ -95,7 +95,7 @@ fn list_passes(
 /// Slots that a technique's pool needs on a view.
 ///
 /// # Errors
-/// [`CellError::Unsupported`] where the technique cannot hold the view.
+/// [`CellError::Unsupported`] where the technique or its capture cannot hold the view.
 pub(crate) fn slots(
     technique: &Technique,
     size: FrameSize,
@@ -104,7 +104,10 @@ pub(crate) fn slots(
 ) -> Result<u64, CellError> {
     let lists = list_passes(technique, size, histogram.peak())?.map(|(_, lists)| lists);
     let demand = Demand { counts, histogram, lists: lists.as_ref() };
-    Ok(technique.capture.slots(&demand))
+    match technique.capture.refuses(&demand) {
+        Some(reason) => Err(CellError::Unsupported(reason)),
+        None => Ok(technique.capture.slots(&demand)),
+    }
 }
 
 /// The plan of a technique on one view with these counts and this many slots in the pool.
