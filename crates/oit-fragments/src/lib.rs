@@ -1,8 +1,12 @@
-//! Fragments, the total order on them, the layered fragment buffer as data, and the oracle.
+//! Fragments, the total order on them, the layered fragment buffer as data and as files, and the
+//! oracle.
 
+mod atomic;
+mod deflate;
 mod fragment;
 mod lfb;
 pub mod oracle;
+pub mod trace;
 
 pub use fragment::{Fragment, Ties, depth_from_key, depth_key};
 pub use lfb::{DepthHistogram, Lfb, LfbError, MultisetDifference};
