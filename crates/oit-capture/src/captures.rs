@@ -1,11 +1,15 @@
 //! The capture methods, one file each.
 
+mod interleaved;
+mod interleaved_lists;
 mod linearized;
 mod linked_list;
 
 use oit_scene::Problem;
 
 use crate::Capture;
+pub use interleaved::Interleaved;
+pub use interleaved_lists::InterleavedLists;
 pub use linearized::Linearized;
 pub use linked_list::LinkedList;
 
@@ -17,6 +21,8 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &Linearized::SWEEP,
     &Linearized::LOOK_BACK,
     &Linearized::BLEND,
+    &Interleaved,
+    &InterleavedLists,
 ];
 
 /// A name that no capture method has, with the nearest ones.

@@ -63,12 +63,14 @@ fn stages_are_those_of_the_chapter() {
     let geometry = geometry(8, 8);
     let histogram = DepthHistogram::default();
     let request = request(&geometry, (8, 8), &histogram);
-    let expected: [(&str, &[&str]); 6] = [
+    let expected: [(&str, &[&str]); 8] = [
         ("linked_list", &["clear", "capture"]),
         ("linearized", &["clear", "count", "scan", "capture"]),
         ("linearized_sweep", &["clear", "count", "scan", "capture"]),
         ("linearized_lookback", &["clear", "count", "scan", "capture"]),
         ("linearized_blend", &["count", "scan", "capture"]),
+        ("interleaved", &["clear", "count", "scan", "capture"]),
+        ("interleaved_lists", &["clear", "count", "group", "scan", "capture"]),
         ("count", &["clear", "count"]),
     ];
     let plans = plans(&request);
