@@ -2,6 +2,7 @@
 //! oracle.
 
 mod atomic;
+pub mod deep_exr;
 mod deflate;
 mod fragment;
 mod lfb;
