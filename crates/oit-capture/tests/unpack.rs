@@ -277,6 +277,12 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
     assert_eq!(refuses(&Linearized::LOOK_BACK, &below), None);
     assert_eq!(refuses(&Linearized::BLOCKS, &full), None);
     assert!(refuses(&Linearized::BLOCKS, &vec![1 << 24; 256]).is_some());
+    for capture in [&Interleaved as &dyn Capture, &InterleavedLists] {
+        // A row of a group is 32 slots, and so are 32 pixels.
+        assert_eq!(refuses(capture, &full), None);
+        let reason = refuses(capture, &vec![1 << 24; 256]).expect("too many");
+        assert!(reason.contains("4294967296 slots"), "{reason}");
+    }
     assert_eq!(refuses(&Linearized::BLEND, &[1 << 24]), None);
     assert!(refuses(&Linearized::BLEND, &[(1 << 24) + 1]).is_some());
     for capture in CAPTURES {

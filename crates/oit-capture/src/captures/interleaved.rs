@@ -34,7 +34,7 @@ const PIXELS: &str = include_str!("interleaved_pixels.wgsl");
 ///
 /// Beside what is read and written for each fragment (4 bytes to count it, 4 to place it), and in
 /// bytes a pixel: `clear` writes 4; `scan` reads 4 and writes 4 to find the rows of groups, and moves
-/// 3/8 to add these up; a resolve reads 4 and 1/8.
+/// 1/2 to write these and add them up; a resolve reads 4 and 1/8.
 ///
 /// In a pool that is too small whole rows are cut, and one in part, from the end.
 #[derive(Clone, Copy, Debug)]

@@ -38,8 +38,8 @@ const SCATTER: &str = include_str!("interleaved_lists_scatter.wgsl");
 ///
 /// Beside what is read and written for each fragment (4 bytes to count it, 4 to read where it goes
 /// and 4 to place it), and in bytes a pixel: `clear` writes 4; `group` is the schedule's (4 read, 4
-/// written); `scan` reads the list twice, the counts once and writes them and the bases (12 read, 8
-/// written), and moves 3/8 to add up rows; a resolve reads 8.
+/// written); `scan` reads the list twice and the counts once and writes these and the bases (12 read,
+/// 8 written), and moves 5/8 to write, add up and read rows; a resolve reads 8 beside the list.
 #[derive(Clone, Copy, Debug)]
 pub struct InterleavedLists;
 
@@ -175,8 +175,8 @@ fn one_list() -> Lists {
 
 /// The pixels of each list, in order.
 fn lists_of(counts: impl Iterator<Item = u32>, lists: &Lists) -> Vec<Vec<usize>> {
-    let mut pixels = vec![Vec::new(); lists.uppers.len()];
-    let last = pixels.len().saturating_sub(1);
+    let mut pixels = vec![Vec::new(); lists.uppers.len().max(1)];
+    let last = pixels.len() - 1;
     for (pixel, count) in counts.enumerate().filter(|&(_, count)| count > 0) {
         // The last list takes deeper ones too.
         let list = lists.uppers.partition_point(|&upper| upper < count).min(last);
