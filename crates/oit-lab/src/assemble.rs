@@ -75,13 +75,29 @@ fn group_request<'a>(count_wgsl: &'a str, size: FrameSize) -> GroupRequest<'a> {
     GroupRequest { count_wgsl, width_px: size.width_px, height_px: size.height_px }
 }
 
+/// Whether a technique's schedule makes lists of pixels.
+fn makes_lists(technique: &Technique) -> bool {
+    (technique.schedule, technique.stage) == (Schedule::Bma, Stage::Compute)
+}
+
+/// Refuses a capture whose layout goes by lists that the schedule does not make.
+pub(crate) fn needs_lists(technique: &Technique) -> Result<(), CellError> {
+    if technique.capture.needs_lists() && !makes_lists(technique) {
+        return Err(CellError::Unsupported(format!(
+            "{} lies in the order of a schedule's lists, which only bma-list makes",
+            technique.capture.name()
+        )));
+    }
+    Ok(())
+}
+
 /// The lists of pixels that a technique's schedule makes.
 fn list_passes(
     technique: &Technique,
     size: FrameSize,
     peak: u32,
 ) -> Result<Option<(ListGrouping, Lists)>, CellError> {
-    if technique.schedule != Schedule::Bma || technique.stage != Stage::Compute {
+    if !makes_lists(technique) {
         return Ok(None);
     }
     let intervals = intervals(technique, peak)?;
@@ -122,14 +138,9 @@ pub fn assemble(
     histogram: &DepthHistogram,
     pool_slots: u64,
 ) -> Result<Plan, CellError> {
+    needs_lists(technique)?;
     let capture = technique.capture;
     let grouping = list_passes(technique, size, histogram.peak())?;
-    if capture.needs_lists() && grouping.is_none() {
-        return Err(CellError::Unsupported(format!(
-            "{} lies in the order of a schedule's lists, which only bma-list makes",
-            capture.name()
-        )));
-    }
     let CapturePasses { buffers, targets, passes, lists_at } = match fragments {
         Fragments::Drawn(geometry) => capture.build(&CaptureRequest {
             geometry,

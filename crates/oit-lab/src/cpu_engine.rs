@@ -10,7 +10,7 @@ use oit_record::{DeviceInfo, Unsupported};
 use oit_sort::Scratch;
 use rayon::prelude::*;
 
-use crate::assemble::{intervals, sort_spec};
+use crate::assemble::{intervals, needs_lists, sort_spec};
 use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData};
 use crate::technique::{Pool, Schedule, Stage, Technique};
 
@@ -145,6 +145,7 @@ impl Engine for CpuEngine {
         if technique.pool != Pool::WHOLE {
             return Err(CellError::Unsupported("the CPU backend has no pool to run out of".into()));
         }
+        needs_lists(technique)?;
         let (_, histogram) = self.view()?;
         let intervals = intervals(technique, histogram.peak())?;
         for interval in intervals.iter() {

@@ -451,7 +451,8 @@ fn views<'a>(
 }
 
 /// A scene as records name it: with the parameters that differ from its file.
-pub(crate) fn scene_name(scene: &str, overrides: &Overrides) -> String {
+#[must_use]
+pub fn scene_name(scene: &str, overrides: &Overrides) -> String {
     if overrides.is_empty() {
         return scene.to_owned();
     }

@@ -23,8 +23,12 @@ pub use engine::{
 };
 pub use experiment::{
     Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
+    scene_name,
 };
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
+pub use stored::{
+    DEEP_EXTENSION, Origin, STORED_VIEW, Stored, StoredError, is_stored, load_stored, stored_entry,
+};
 pub use technique::{
     ALIASES, DEEPEST, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique, TechniqueError,
     parse_capture, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
-use crate::stored;
+use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
 use crate::verify::Verifier;
 
@@ -185,9 +185,10 @@ impl Worker {
         size: FrameSize,
     ) -> Result<ViewData, CellError> {
         let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
-        if let Some(stored) = stored::load(&key.0) {
+        if is_stored(&key.0) {
             self.scene = None;
-            let data = ViewData::stored(stored.map_err(|error| failed(&error))?.lfb);
+            let stored = load_stored(&key.0).map_err(|error| failed(&error))?;
+            let data = ViewData::stored(stored.lfb);
             if data.size != size {
                 let FrameSize { width_px, height_px } = data.size;
                 let what = format!("{} is {width_px}x{height_px}", key.0.display());

@@ -20,6 +20,7 @@ fn main() -> miette::Result<()> {
         Command::Sweep(arguments) => command::sweep::run(&arguments),
         Command::Compare(arguments) => command::compare::run(&arguments),
         Command::Render(arguments) => command::render::run(&arguments),
+        Command::Trace(arguments) => command::trace::run(&arguments),
         Command::Plan(arguments) => command::plan::run(&arguments),
         Command::Generate(arguments) => command::generate::run(&arguments),
         Command::Worker => command::worker::run(),

@@ -7,6 +7,7 @@ pub(crate) mod list;
 pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod sweep;
+pub(crate) mod trace;
 pub(crate) mod worker;
 
 use std::path::PathBuf;
@@ -28,6 +29,9 @@ pub(crate) enum Command {
     Compare(compare::Arguments),
     /// Render one view of a scene with one technique to PNG and EXR.
     Render(render::Arguments),
+    /// Save captured fragments to a file, and resolve them again without rasterising.
+    #[command(subcommand)]
+    Trace(trace::Arguments),
     /// Print the plan of a technique on a view: its buffers, targets, passes, and shaders.
     Plan(plan::Arguments),
     /// Write the pages that are generated from the registries, or check that they are up to date.

@@ -5,24 +5,26 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, miette};
 use oit_image::{false_color_png, write_exr, write_png};
-use oit_lab::{FrameSize, Technique, Verifier, ViewData, open_engine};
+use oit_lab::{
+    FrameSize, STORED_VIEW, Technique, Verifier, ViewData, is_stored, load_stored, open_engine,
+};
 
 use crate::command::{cache_folder, device_id, report};
 
 /// What is rendered, and where to.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// A scene file.
+    /// A scene file, or a file of captured fragments: a trace (.oitt), a deep image (.exr).
     scene: PathBuf,
-    /// One of its views; the first if none is named.
+    /// One of the scene's views; the first if none is named.
     #[arg(long)]
     view: Option<String>,
     /// The technique, by coordinate or alias.
     #[arg(long, default_value = "linked_list/bma-list/rbs/compute/peak")]
     technique: String,
-    /// Width and height in pixels.
-    #[arg(long, default_value = "1920x1080")]
-    size: String,
+    /// Width and height in pixels; 1920x1080 if not given, and a file's own for captured fragments.
+    #[arg(long)]
+    size: Option<String>,
     /// The device: auto, cpu, vulkan:N, wgpu:N.
     #[arg(long, default_value = "auto")]
     device: String,
@@ -71,14 +73,30 @@ fn background(text: &str) -> miette::Result<[f32; 3]> {
     channels.try_into().map_err(|_| miette!("{text:?} is no colour: write three numbers, as 1,1,1"))
 }
 
+/// What is rendered, and the names of its scene and view.
+fn view_data(arguments: &Arguments) -> miette::Result<(ViewData, String, String)> {
+    let Arguments { scene: path, view, size: asked, set, .. } = arguments;
+    if is_stored(path) {
+        if view.is_some() || asked.is_some() || !set.is_empty() {
+            let path = path.display();
+            return Err(miette!("{path} has one view of one size, and no parameters to set"));
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let lfb = load_stored(path).map_err(report)?.lfb;
+        return Ok((ViewData::stored(lfb), name, STORED_VIEW.into()));
+    }
+    let size = size(asked.as_deref().unwrap_or("1920x1080"))?;
+    let scene = oit_scene::load(path, &overrides(set)?).map_err(report)?;
+    let view = view.clone().unwrap_or_else(|| scene.views[0].name.clone());
+    Ok((ViewData::new(&scene, &view, size).map_err(report)?, scene.name, view))
+}
+
 /// Renders, says how right it is, and writes the files.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
-    let size = size(&arguments.size)?;
     let background = background(&arguments.background)?;
-    let scene = oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
-    let view = arguments.view.clone().unwrap_or_else(|| scene.views[0].name.clone());
-    let data = ViewData::new(&scene, &view, size).map_err(report)?;
+    let (data, name, view) = view_data(arguments)?;
+    let (size, triangles) = (data.size, data.triangles());
     let device = device_id(&arguments.device)?;
     let mut engine = open_engine(&device, &cache_folder()).map_err(report)?;
     let histogram = engine.open_view(data).map_err(report)?;
@@ -88,14 +106,13 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let image = engine.picture(ready).map_err(report)?;
     let counts: Vec<u32> = verifier.reference().counts().collect();
     std::fs::create_dir_all(&arguments.out).into_diagnostic()?;
-    let path = |ending: &str| arguments.out.join(format!("{}-{view}{ending}", scene.name));
+    let path = |ending: &str| arguments.out.join(format!("{name}-{view}{ending}"));
     write_png(&path(".png"), &image, background).map_err(report)?;
     write_exr(&path(".exr"), &image, Some(&counts)).map_err(report)?;
     let (width, height) = (size.width_px, size.height_px);
     false_color_png(&path("-depth.png"), width, height, &counts).map_err(report)?;
     println!(
-        "{} triangles, {} fragments, up to {} on one of {} covered pixels",
-        scene.mesh.triangle_count(),
+        "{triangles} triangles, {} fragments, up to {} on one of {} covered pixels",
         histogram.total(),
         histogram.peak(),
         histogram.covered()

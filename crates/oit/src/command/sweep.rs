@@ -40,6 +40,9 @@ pub(crate) struct Arguments {
     dry_run: bool,
 }
 
+/// The commit the program was built from.
+pub(crate) const COMMIT: Option<&str> = option_env!("OIT_GIT_COMMIT");
+
 /// The profile of this name.
 pub(crate) fn profile(name: &str) -> ProfileName {
     if name == "full" { ProfileName::Full } else { ProfileName::Quick }
@@ -60,7 +63,7 @@ pub(crate) fn setup(
         out,
         resume: false,
         cache: cache_folder(),
-        commit: option_env!("OIT_GIT_COMMIT")
+        commit: COMMIT
             .map(|commit| (commit.to_owned(), option_env!("OIT_GIT_DIRTY") == Some("true"))),
         command: command_line(),
         worker: vec![program.to_string_lossy().into_owned(), "worker".into()],
