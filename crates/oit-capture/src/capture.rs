@@ -93,7 +93,7 @@ pub struct Demand<'a> {
 
 /// A schedule's lists of pixels. On the device `group_pixels` holds them one behind the other and
 /// `group_counts` (a `u32` a list) how long they are. Pixels without fragments are in none.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Lists {
     /// Where in `group_pixels` each list starts.
     pub firsts: Vec<u32>,

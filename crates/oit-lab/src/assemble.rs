@@ -108,6 +108,15 @@ fn list_passes(
     Ok(Some((grouping, lists)))
 }
 
+/// The lists of pixels that a technique's schedule makes on a view of this peak depth complexity.
+pub(crate) fn lists(
+    technique: &Technique,
+    size: FrameSize,
+    peak: u32,
+) -> Result<Option<Lists>, CellError> {
+    Ok(list_passes(technique, size, peak)?.map(|(_, lists)| lists))
+}
+
 /// Slots that a technique's pool needs on a view.
 ///
 /// # Errors
@@ -118,7 +127,7 @@ pub(crate) fn slots(
     counts: &[u32],
     histogram: &DepthHistogram,
 ) -> Result<u64, CellError> {
-    let lists = list_passes(technique, size, histogram.peak())?.map(|(_, lists)| lists);
+    let lists = lists(technique, size, histogram.peak())?;
     let demand = Demand { counts, histogram, lists: lists.as_ref() };
     match technique.capture.refuses(&demand) {
         Some(reason) => Err(CellError::Unsupported(reason)),

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, Usage, count_plan};
+use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, Lists, Usage, count_plan};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
 use oit_record::DeviceInfo;
 
-use crate::assemble::{Fragments, IMAGE, assemble, intervals, slots};
+use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, slots};
 use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
 use crate::technique::{PoolPolicy, Technique};
 
@@ -24,8 +24,8 @@ struct OpenView {
     histogram: DepthHistogram,
     counts: Vec<u32>,
     ready: Vec<ReadyPlan>,
-    /// Stored fragments as each capture lays them out.
-    stored: HashMap<&'static str, Vec<Buffer>>,
+    /// Stored fragments as each capture lays them out, and for which lists.
+    stored: HashMap<(&'static str, Option<Lists>), Vec<Buffer>>,
 }
 
 /// A technique's plan, or its two where the first one's pool is too small.
@@ -36,13 +36,17 @@ struct ReadyPlan {
     pool_slots: u64,
 }
 
+fn no_view() -> CellError {
+    CellError::Failed("no view is open".into())
+}
+
 impl GpuEngine {
     pub(crate) fn new(device: Box<dyn Device>) -> Self {
         Self { device, view: None }
     }
 
     fn view(&self) -> Result<&OpenView, CellError> {
-        self.view.as_ref().ok_or_else(|| CellError::Failed("no view is open".into()))
+        self.view.as_ref().ok_or_else(no_view)
     }
 
     fn ready(&self, ready: Ready) -> Result<(&ReadyPlan, FrameSize), CellError> {
@@ -59,12 +63,23 @@ impl GpuEngine {
         Ok(id)
     }
 
-    /// The open view's fragments as this capture lays them out, if they were captured before.
-    fn lay_out(&mut self, capture: &dyn Capture) {
-        let Some(view) = &mut self.view else { return };
+    /// Sees to it that the open view's fragments are laid out as the technique's capture would leave
+    /// them, if they were captured before. Returns where they are in [`OpenView::stored`].
+    fn lay_out(
+        &mut self,
+        technique: &Technique,
+    ) -> Result<(&'static str, Option<Lists>), CellError> {
+        let capture = technique.capture;
+        let view = self.view.as_mut().ok_or_else(no_view)?;
+        let lists = lists(technique, view.data.size, view.histogram.peak())?;
+        let key = (capture.name(), lists.filter(|_| capture.needs_lists()));
         if let Source::Stored(lfb) = &view.data.source {
-            view.stored.entry(capture.name()).or_insert_with(|| capture.upload(lfb));
+            view.stored.entry(key.clone()).or_insert_with(|| match &key.1 {
+                Some(lists) => capture.upload_in_lists(lfb, lists),
+                None => capture.upload(lfb),
+            });
         }
+        Ok(key)
     }
 
     /// The technique's plan with this much room, made ready and run once, what the run came to, and
@@ -74,10 +89,11 @@ impl GpuEngine {
         technique: &Technique,
         pool_slots: u64,
     ) -> Result<(PlanId, Usage, f64), CellError> {
+        let key = self.lay_out(technique)?;
         let view = self.view()?;
         let fragments = match &view.data.source {
             Source::Scene(scene) => Fragments::Drawn(&scene.geometry),
-            Source::Stored(_) => Fragments::Stored(&view.stored[technique.capture.name()]),
+            Source::Stored(_) => Fragments::Stored(&view.stored[&key]),
         };
         let (size, total) = (view.data.size, view.histogram.total());
         let plan = assemble(technique, fragments, size, &view.histogram, pool_slots)?;
@@ -206,7 +222,6 @@ impl Engine for GpuEngine {
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
-        self.lay_out(technique.capture);
         let view = self.view()?;
         let whole = slots(technique, view.data.size, &view.counts, &view.histogram)?;
         let max_frags = intervals(technique, view.histogram.peak())?.deepest();

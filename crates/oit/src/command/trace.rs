@@ -274,7 +274,7 @@ fn run_replay(arguments: &Replay) -> miette::Result<()> {
         )
     });
     let text = format!(
-        "about = \"Fragments of {name:?}, captured before\"\nsource = \"oit trace replay\"\n{}\
+        "about = {about:?}\nsource = \"oit trace replay\"\n{}\
          [[sweep]]\ncaptures = [{}]\nschedules = [{}]\nsorts = [{}]\nstages = [{}]\n\
          views = [{view:?}]\n",
         profiles.concat(),
@@ -282,7 +282,7 @@ fn run_replay(arguments: &Replay) -> miette::Result<()> {
         list(&arguments.schedules),
         list(&arguments.sorts),
         list(&arguments.stages),
-        name = entry.name.replace('"', "'"),
+        about = format!("The fragments of {}, captured before", arguments.file.display()),
         view = format!("{}:{STORED_VIEW}", entry.name),
     );
     drop(stored);
