@@ -40,7 +40,7 @@ pub trait Capture: Sync {
     }
 
     /// Slots (a fragment each) that a pool needs to hold all of a view, whatever the order in which
-    /// its fragments arrive.
+    /// its fragments arrive: no run's [`Usage::slots`] is more.
     fn slots(&self, demand: &Demand) -> u64;
 
     /// The passes that fill the buffer, and what they need.

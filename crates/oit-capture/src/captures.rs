@@ -1,16 +1,18 @@
 //! The capture methods, one file each.
 
+mod array3d;
 mod linearized;
 mod linked_list;
 
 use oit_scene::Problem;
 
 use crate::Capture;
+pub use array3d::Array3d;
 pub use linearized::Linearized;
 pub use linked_list::LinkedList;
 
 /// Every capture method.
-pub const CAPTURES: &[&dyn Capture] = &[&LinkedList, &Linearized];
+pub const CAPTURES: &[&dyn Capture] = &[&LinkedList, &Linearized, &Array3d];
 
 /// A name that no capture method has, with the nearest ones.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

@@ -78,6 +78,7 @@ fn stages_are_those_of_the_chapter() {
         [
             vec!["clear", "capture"],
             vec!["clear", "count", "scan", "capture"],
+            vec!["clear", "capture"],
             vec!["clear", "count"]
         ]
     );

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use oit_capture::{
-    CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList, capture,
+    Array3d, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList, capture,
 };
 use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Contents, GpuError};
@@ -162,6 +162,23 @@ fn offsets_that_are_none_are_refused() {
 }
 
 #[test]
+fn an_array_keeps_the_layers_that_fit() {
+    for (width, height) in [(1, 1), (3, 1), (7, 5)] {
+        let lfb = random_lfb(3, width, height);
+        let good = memory(&Array3d, &lfb);
+        // A layer has four slots at least.
+        let layer = lfb.pixels().max(4);
+        for pool in 2..good.pool_slots {
+            let part = cut(good.clone(), pool).unpack(&Array3d).expect("undamaged");
+            for pixel in 0..lfb.pixels() {
+                let held = lfb.pixel(pixel).len().min(pool as usize / layer);
+                assert_eq!(part.pixel(pixel), &lfb.pixel(pixel)[..held], "{width} {pool} {pixel}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_buffer_that_cannot_be_read_is_an_error() {
     for capture in CAPTURES {
         let good = memory(*capture, &random_lfb(1, 4, 4));
@@ -199,9 +216,12 @@ proptest! {
     ) {
         let words = noise.iter().map(|&word| if small { word % 24 } else { word });
         let words = bytes(words);
-        let names =
-            ["heads", "nexts", "fragments", "node_count", "offsets", "total"].into_iter().enumerate();
-        let part = |i: usize| words[(i * words.len() / 12) & !3..].to_vec();
+        let names = [
+            "heads", "nexts", "fragments", "node_count", "offsets", "total", "counts", "page_count",
+            "fills", "dropped",
+        ];
+        let names = names.into_iter().enumerate();
+        let part = |i: usize| words[(i * words.len() / 20) & !3..].to_vec();
         let buffers = names.map(|(i, name)| (name.to_owned(), part(i))).collect();
         let memory = Memory { width_px, height_px, pool_slots, buffers };
         for capture in CAPTURES {
@@ -226,7 +246,13 @@ proptest! {
             let name = &names[buffer.index(names.len())];
             let words = memory.buffers[name].len() / 4;
             memory.set(name, word.index(words), value);
-            if let Ok(read) = memory.unpack(*capture) {
+            let Ok(read) = memory.unpack(*capture) else { continue };
+            let usage = memory.with(|read| capture.usage(read)).expect("what was unpacked");
+            if usage.slots <= memory.pool_slots {
+                prop_assert_eq!(read.fragments().len() as u64, usage.fragments);
+            }
+            // These hold the number of their fragments twice.
+            if ["linked_list", "linearized"].contains(&capture.name()) {
                 prop_assert_eq!(read.fragments().len(), lfb.fragments().len());
             }
         }
