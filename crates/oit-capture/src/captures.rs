@@ -3,6 +3,7 @@
 mod array3d;
 mod linearized;
 mod linked_list;
+mod linked_pages;
 
 use oit_scene::Problem;
 
@@ -10,9 +11,11 @@ use crate::Capture;
 pub use array3d::Array3d;
 pub use linearized::Linearized;
 pub use linked_list::LinkedList;
+pub use linked_pages::LinkedPages;
 
 /// Every capture method.
-pub const CAPTURES: &[&dyn Capture] = &[&LinkedList, &Linearized, &Array3d];
+pub const CAPTURES: &[&dyn Capture] =
+    &[&LinkedList, &Linearized, &Array3d, &LinkedPages::new(4), &LinkedPages::new(6)];
 
 /// A name that no capture method has, with the nearest ones.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

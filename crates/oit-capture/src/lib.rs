@@ -9,7 +9,9 @@ mod raster;
 mod scan;
 
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
-pub use captures::{Array3d, CAPTURES, Linearized, LinkedList, UnknownCapture, capture};
+pub use captures::{
+    Array3d, CAPTURES, Linearized, LinkedList, LinkedPages, UnknownCapture, capture,
+};
 pub use draw::count_plan;
 pub use frame::Frame;
 pub use geometry::{Geometry, LfbReader, MeshBytes};

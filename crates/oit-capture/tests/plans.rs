@@ -79,6 +79,8 @@ fn stages_are_those_of_the_chapter() {
             vec!["clear", "capture"],
             vec!["clear", "count", "scan", "capture"],
             vec!["clear", "capture"],
+            vec!["clear", "capture"],
+            vec!["clear", "capture"],
             vec!["clear", "count"]
         ]
     );

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use oit_capture::{
-    Array3d, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList, capture,
+    Array3d, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList,
+    LinkedPages, Usage, capture,
 };
 use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Contents, GpuError};
@@ -92,7 +93,9 @@ fn what_a_device_leaves_is_read_in_the_order_of_the_twin() {
             let histogram = &submitted.histogram();
             let demand = Demand { counts: &counts, histogram, lists: None };
             if !capture.needs_lists() {
-                assert_eq!(usage.slots, capture.slots(&demand), "{}", capture.name());
+                let (slots, used) = (capture.slots(&demand), usage.slots);
+                // Some ask for a little more than the fragments take if none are in each other's way.
+                assert!(used <= slots && slots - used <= used / 32, "{}", capture.name());
             }
         }
     }
@@ -128,6 +131,40 @@ fn lists_that_are_none_are_refused() {
         short.unpack(&LinkedList),
         Err(CaptureError::Short { buffer: "heads", bytes: 15, expected: 16 })
     ));
+}
+
+#[test]
+fn pages_that_are_none_are_refused() {
+    let f = Fragment::new(0.5, [1, 2, 3, 4]);
+    let lfb = Lfb::from_lists(2, 2, &[vec![f; 6], vec![], vec![f; 4], vec![f]]);
+    let pages = LinkedPages::new(4);
+    let good = memory(&pages, &lfb);
+    let damaged = |buffer, word, value| {
+        let mut memory = good.clone();
+        memory.set(buffer, word, value);
+        memory.unpack(&pages)
+    };
+    let structure = |result: Result<Lfb, CaptureError>, part: &str| match result {
+        Err(CaptureError::Damaged(LfbError::Structure { what, .. })) => {
+            assert!(what.contains(part), "{what}");
+        }
+        other => panic!("{other:?}"),
+    };
+    // Pixel 0 has the pages 0 and 3, and its head is page 3.
+    structure(damaged("nexts", 0, 4), "page 3 is linked twice");
+    structure(damaged("heads", 0, 9), "page 8 of a pool in which 4 are used");
+    structure(damaged("heads", 0, 0x8000_0004), "of a pool in which 4 are used");
+    structure(damaged("dropped", 1, 3), "fragments without a page, and 4 of 4 pages were used");
+    assert!(matches!(damaged("heads", 3, 0), Err(CaptureError::Lost { node: 2 })));
+    assert!(matches!(damaged("page_count", 0, 3), Err(CaptureError::Damaged(_))));
+    // Slots asked for in vain fill no page further.
+    assert_eq!(damaged("fills", 1, u32::MAX).expect("full"), good.unpack(&pages).expect("good"));
+    // What found no page is counted with what did.
+    let mut full = good.clone();
+    full.set("page_count", 0, 5);
+    full.set("dropped", 2, 5);
+    let usage = full.with(|read| pages.usage(read)).expect("reads");
+    assert_eq!(usage, Usage { fragments: 16, slots: 24 });
 }
 
 #[test]
@@ -190,7 +227,7 @@ fn a_buffer_that_cannot_be_read_is_an_error() {
                 Err(CaptureError::Read(_)) => needed += 1,
                 // The counts for a schedule, say: no reader needs them.
                 other => {
-                    assert_eq!(other.expect("not needed"), good.unpack(*capture).expect("good"))
+                    assert_eq!(other.expect("not needed"), good.unpack(*capture).expect("good"));
                 }
             }
         }

@@ -19,7 +19,19 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct LinkedList;
 
-const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
+/// For capture passes that need not count.
+pub(super) const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
+
+/// Turns each pixel's fragments round.
+pub(super) fn reverse(lfb: &mut Lfb) {
+    let offsets = lfb.offsets().to_vec();
+    let mut fragments = lfb.fragments().to_vec();
+    for pixel in offsets.windows(2) {
+        fragments[pixel[0]..pixel[1]].reverse();
+    }
+    *lfb = Lfb::new(lfb.width(), lfb.height(), offsets, fragments)
+        .expect("the offsets are those of a buffer");
+}
 
 impl Capture for LinkedList {
     fn name(&self) -> &'static str {
@@ -120,13 +132,7 @@ impl Capture for LinkedList {
 
     /// A list is read from its head: the last submitted comes first.
     fn order(&self, submitted: &mut Lfb) {
-        let offsets = submitted.offsets().to_vec();
-        let mut fragments = submitted.fragments().to_vec();
-        for pixel in offsets.windows(2) {
-            fragments[pixel[0]..pixel[1]].reverse();
-        }
-        *submitted = Lfb::new(submitted.width(), submitted.height(), offsets, fragments)
-            .expect("the offsets are those of a buffer");
+        reverse(submitted);
     }
 
     /// Nodes are handed out as when whole layers are drawn: the first fragment of every pixel, then
