@@ -51,9 +51,6 @@ fn fs(@builtin(position) position: vec4<f32>) {{
     Pass::raster(
         "group",
         Raster {
-            shader: Shader::new(format!("group: mark {low} to {high}"), wgsl),
-            draw: Draw::Vertices { count: 3, instances: 1 },
-            color: Vec::new(),
             depth_stencil: Some(DepthStencil {
                 target: STENCIL.into(),
                 depth: None,
@@ -65,6 +62,10 @@ fn fs(@builtin(position) position: vec4<f32>) {{
                     fail: StencilOp::Keep,
                 }),
             }),
+            ..Raster::new(
+                Shader::new(format!("group: mark {low} to {high}"), wgsl),
+                Draw::Vertices { count: 3, instances: 1 },
+            )
         },
     )
 }

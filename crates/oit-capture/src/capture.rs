@@ -43,6 +43,12 @@ pub trait Capture: Sync {
     /// its fragments arrive: no run's [`Usage::slots`] is more.
     fn slots(&self, demand: &Demand) -> u64;
 
+    /// Why this capture would be wrong on such a view, where it would: numbers that do not fit the
+    /// bits it has for them. Asked before a plan is built.
+    fn refuses(&self, _demand: &Demand) -> Option<String> {
+        None
+    }
+
     /// The passes that fill the buffer, and what they need.
     fn build(&self, request: &CaptureRequest) -> CapturePasses;
 

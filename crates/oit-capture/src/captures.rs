@@ -14,8 +14,15 @@ pub use linked_list::LinkedList;
 pub use linked_pages::LinkedPages;
 
 /// Every capture method.
-pub const CAPTURES: &[&dyn Capture] =
-    &[&LinkedList, &Linearized, &Array3d, &LinkedPages::new(4), &LinkedPages::new(6)];
+pub const CAPTURES: &[&dyn Capture] = &[
+    &LinkedList,
+    &Linearized::BLOCKS,
+    &Linearized::SWEEP,
+    &Linearized::LOOK_BACK,
+    &Array3d,
+    &LinkedPages::new(4),
+    &LinkedPages::new(6),
+];
 
 /// A name that no capture method has, with the nearest ones.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

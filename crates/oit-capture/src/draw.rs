@@ -86,5 +86,6 @@ fn pass(
         blend: None,
         write: false,
     };
-    Pass::raster(stage, Raster { shader, draw, color: vec![color], depth_stencil: mark })
+    let raster = Raster { color: vec![color], depth_stencil: mark, ..Raster::new(shader, draw) };
+    Pass::raster(stage, raster)
 }

@@ -1,10 +1,13 @@
 //! Parallel prefix sums (Ladner and Fischer 1980, as the LFB chapter uses them, section 20.4), for
-//! any length: sums of blocks, sums of blocks of these, down again block by block.
-//!
-//! Each level is read twice and written once, and needs workgroup memory only: no subgroups, no
-//! power of two.
+//! any length, in three ways. All need workgroup memory only: no subgroups.
 
-use oit_gpu::{Buffer, Dispatch, Pass, Shader};
+mod blocks;
+mod look_back;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use oit_gpu::{Buffer, Dispatch, Pass};
 
 /// Values of a block: 256 invocations with four each.
 const BLOCK: u32 = 1024;
@@ -12,67 +15,66 @@ const BLOCK: u32 = 1024;
 /// Workgroups in x before a dispatch goes on in y.
 const MAX_WORKGROUPS_X: u32 = 32768;
 
-const SUM: &str = include_str!("scan/sum.wgsl");
-const BLOCK_SCAN: &str = include_str!("scan/block.wgsl");
-const INNER: &str = include_str!("scan/inner.wgsl");
-const TOP: &str = include_str!("scan/top.wgsl");
-
-/// One level: a buffer and how many of its values count.
-struct Level {
-    name: String,
-    length: u32,
+/// How prefix sums are computed. Of the same values all give the same sums.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Scan {
+    /// Reduce, then scan, by blocks: three passes up to 2^20 values, five up to 2^30. Reads 8 bytes
+    /// a value and writes 4.
+    Blocks,
+    /// The chapter's: values padded to a power of two, then up-sweep and down-sweep with one pass a
+    /// level in device memory, `2 * log2(n)` in all. Reads 16 bytes a value and writes 12, most of
+    /// them far apart.
+    Sweep,
+    /// One pass by decoupled look-back. Reads 4 bytes a value and writes 4, to another buffer.
+    LookBack,
 }
 
-impl Level {
-    fn blocks(&self) -> u32 {
-        self.length.div_ceil(BLOCK).max(1)
+impl Scan {
+    /// Whether the sums take the place of the values.
+    pub(crate) fn in_place(self) -> bool {
+        self != Self::LookBack
     }
 
-    /// A pass over the blocks of this level. `sums` is the level above, or where the total goes.
-    fn pass(&self, stage: &'static str, what: &str, parts: &[&str], sums: &str) -> Pass {
-        let blocks = self.blocks();
-        let row = blocks.min(MAX_WORKGROUPS_X);
-        let constants = format!(
-            "const LENGTH = {}u;\nconst BLOCKS = {blocks}u;\nconst ROW = {row}u;\n\n",
-            self.length
-        );
-        let wgsl = constants
-            + &parts
-                .concat()
-                .replace("VALUES", &self.name)
-                .replace("SUMS", sums)
-                .replace("TOTAL", sums);
-        let label = format!("{stage}: {what} {}", self.name);
-        let dispatch = Dispatch::Workgroups([row, blocks.div_ceil(row), 1]);
-        Pass::compute(stage, Shader::new(label, wgsl), dispatch)
+    /// Words that a buffer of this many values must have. Those behind the values must be zero.
+    pub(crate) fn words(self, length: u32) -> u64 {
+        match self {
+            Self::Sweep => sweep::padded(length),
+            Self::Blocks | Self::LookBack => u64::from(length),
+        }
+    }
+
+    /// The first total that is too large. Below it the sums are exact.
+    pub(crate) fn limit(self) -> u64 {
+        match self {
+            Self::Blocks | Self::Sweep => 1 << 32,
+            Self::LookBack => look_back::LIMIT,
+        }
+    }
+
+    /// Passes that put into `sums`, for each of the first `length` values (`u32`) of a buffer, the
+    /// sum of those before it, and into the first word of the buffer `total` the sum of all.
+    /// Returned with buffers of their own; `values`, `sums` and `total` are the caller's. Where the
+    /// scan is in place, `sums` is `values`.
+    pub(crate) fn exclusive(
+        self,
+        stage: &'static str,
+        values: &str,
+        sums: &str,
+        length: u32,
+        total: &str,
+    ) -> (Vec<Buffer>, Vec<Pass>) {
+        debug_assert_eq!(self.in_place(), values == sums, "{self:?}: {values} to {sums}");
+        match self {
+            Self::Blocks => blocks::exclusive(stage, values, length, total),
+            Self::Sweep => sweep::exclusive(stage, values, length, total),
+            Self::LookBack => look_back::exclusive(stage, values, sums, length, total),
+        }
     }
 }
 
-/// Passes that replace each of the first `length` values (`u32`) of a buffer by the sum of those
-/// before it, and put the sum of all into the first word of the buffer `total`. Sums are taken
-/// modulo 2^32. Returned with the buffers of the levels in between; those of `values` and `total`
-/// are the caller's.
-pub(crate) fn exclusive_scan(
-    stage: &'static str,
-    values: &str,
-    length: u32,
-    total: &str,
-) -> (Vec<Buffer>, Vec<Pass>) {
-    let mut levels = vec![Level { name: values.into(), length }];
-    while let Some(below) = levels.last()
-        && below.blocks() > 1
-    {
-        let level =
-            Level { name: format!("{values}_sums{}", levels.len()), length: below.blocks() };
-        levels.push(level);
-    }
-    let top = levels.len() - 1;
-    let up = (0..top).map(|i| levels[i].pass(stage, "sum blocks of", &[SUM], &levels[i + 1].name));
-    let turn = levels[top].pass(stage, "scan", &[TOP, BLOCK_SCAN], total);
-    let down = (0..top).rev().map(|i| {
-        levels[i].pass(stage, "scan blocks of", &[INNER, BLOCK_SCAN], &levels[i + 1].name)
-    });
-    let passes = up.chain([turn]).chain(down).collect();
-    let buffers = levels[1..].iter().map(|l| Buffer::new(&l.name, 4 * u64::from(l.length)));
-    (buffers.collect(), passes)
+/// A dispatch of at least this many workgroups, and how many of them are in a row: the one at
+/// `(x, y)` has the number `y * row + x`.
+pub(crate) fn workgroups(count: u32) -> (u32, Dispatch) {
+    let row = count.clamp(1, MAX_WORKGROUPS_X);
+    (row, Dispatch::Workgroups([row, count.div_ceil(row).max(1), 1]))
 }

@@ -15,7 +15,7 @@ use oit_capture::{
     rasterize,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb};
-use oit_gpu::{Device, Plan};
+use oit_gpu::{Device, GpuError};
 use oit_scene::{Mesh, Shading, SplitMix64, Stripes, Vertex, shuffle_triangles};
 use support::*;
 
@@ -43,6 +43,25 @@ fn on_every_device(test: &str, mut run: impl FnMut(&mut dyn Device)) {
 /// Past the test harness, which keeps back what passing tests print.
 fn say(line: &str) {
     writeln!(std::io::stderr(), "{line}").expect("stderr");
+}
+
+/// The captures that this device can run; the others are named, with the reason.
+fn supported(device: &mut dyn Device) -> Vec<&'static dyn Capture> {
+    let geometry = &Geometry::new(&soup(&[[[0.0; 3]; 3]]), &UNLIT, &pixel_camera(8, 8), 8, 8);
+    let histogram = &DepthHistogram::default();
+    let supports = |capture: &&&dyn Capture| {
+        let request = request(geometry, (8, 8), histogram);
+        match device.prepare(&capture_plan(**capture, &request)) {
+            Ok(_) => true,
+            Err(GpuError::Unsupported(reason)) => {
+                let id = &device.info().id;
+                say(&format!("{}: SKIPPED on {id}: {reason}", capture.name()));
+                false
+            }
+            Err(error) => panic!("{}: {error}", capture.name()),
+        }
+    };
+    CAPTURES.iter().filter(supports).copied().collect()
 }
 
 /// One view to capture, and what the count pass found on it.
@@ -93,13 +112,7 @@ fn run(device: &mut dyn Device, capture: &dyn Capture, view: &View, pool_slots: 
         pool_slots: pool_slots.max(1),
         ..request(view.geometry, view.size, &view.histogram)
     };
-    let passes = capture.build(request);
-    let mut plan = Plan {
-        name: capture.name().into(),
-        buffers: passes.buffers,
-        targets: passes.targets,
-        passes: passes.passes,
-    };
+    let mut plan = capture_plan(capture, request);
     let pixels = view.size.0 * view.size.1;
     let wgsl = format!(
         "{}
@@ -183,10 +196,10 @@ fn captures_agree_with_each_other_and_with_the_cpu() {
             for mesh in [&mesh, &shuffled] {
                 let geometry = Geometry::new(mesh, &shading(), &camera, size.0, size.1);
                 let view = View::new(device, &geometry, size);
-                for capture in CAPTURES {
+                for capture in supported(device) {
                     let name = capture.name();
-                    let slots = view.slots(*capture);
-                    let Ran { lfb, usage, counted } = run(device, *capture, &view, slots);
+                    let slots = view.slots(capture);
+                    let Ran { lfb, usage, counted } = run(device, capture, &view, slots);
                     assert_eq!(usage.fragments, view.total(), "{name}");
                     assert!(needs(slots, usage.slots), "{name}: {slots} for {}", usage.slots);
                     assert!(counted == view.counts, "{name}: counts differ from the count pass's");
@@ -327,8 +340,8 @@ fn light_and_stripes_are_the_cpus() {
         let pool = cpu.fragments().len() as u64;
         assert_eq!(pool, 64 * 32);
         let view = View::new(device, &geometry, size);
-        for capture in CAPTURES {
-            let gpu = run(device, *capture, &view, view.slots(*capture)).lfb;
+        for capture in supported(device) {
+            let gpu = run(device, capture, &view, view.slots(capture)).lfb;
             for (pixel, (gpu, cpu)) in gpu.fragments().iter().zip(cpu.fragments()).enumerate() {
                 let channels = gpu.rgba8().into_iter().zip(cpu.rgba8());
                 let alike = channels.fold(true, |alike, (a, b)| alike && a.abs_diff(b) <= 1);
@@ -348,13 +361,13 @@ fn a_full_pool_says_what_was_needed() {
         let camera = perspective_camera();
         let geometry = Geometry::new(&mesh, &shading(), &camera, size.0, size.1);
         let view = View::new(device, &geometry, size);
-        for capture in CAPTURES {
+        for capture in supported(device) {
             let name = capture.name();
-            let slots = view.slots(*capture);
-            let full = run(device, *capture, &view, slots);
+            let slots = view.slots(capture);
+            let full = run(device, capture, &view, slots);
             assert_eq!(full.lfb.fragments().len() as u64, view.total(), "{name}");
             for pool in [1, slots / 3, full.usage.slots - 1] {
-                let part = run(device, *capture, &view, pool);
+                let part = run(device, capture, &view, pool);
                 assert_eq!(part.usage, full.usage, "{name}");
                 assert!(part.counted == full.counted, "{name}: the counts of a large pool");
                 let stored = part.lfb.fragments().len() as u64;
@@ -375,14 +388,16 @@ fn a_full_pool_says_what_was_needed() {
 #[test]
 fn prefix_sums_hold_at_every_size() {
     on_every_device("prefix sums", |device| {
-        let linearized = oit_capture::capture("linearized").expect("registered");
         for size in [(1, 1), (3, 1), (1023, 1), (32, 32), (1025, 1), (2049, 3), (1024, 1025)] {
             let mesh = random_mesh(2, 20);
             let geometry = Geometry::new(&mesh, &UNLIT, &perspective_camera(), size.0, size.1);
             let view = View::new(device, &geometry, size);
-            let ran = run(device, linearized, &view, view.total());
-            assert_eq!(ran.usage.slots, view.total(), "{size:?}");
-            assert!(ran.lfb.counts().eq(view.counts), "{size:?}");
+            for capture in supported(device) {
+                let ran = run(device, capture, &view, view.slots(capture));
+                assert_eq!(ran.usage.fragments, view.total(), "{}, {size:?}", capture.name());
+                let counts = view.counts.iter().copied();
+                assert!(ran.lfb.counts().eq(counts), "{}, {size:?}", capture.name());
+            }
         }
     });
 }
@@ -393,8 +408,8 @@ fn nothing_drawn_is_nothing_captured() {
         for mesh in [Mesh::default(), soup(&[[[100.0; 3]; 3]])] {
             let geometry = Geometry::new(&mesh, &UNLIT, &perspective_camera(), 9, 9);
             let view = View::new(device, &geometry, (9, 9));
-            for capture in CAPTURES {
-                let ran = run(device, *capture, &view, 1);
+            for capture in supported(device) {
+                let ran = run(device, capture, &view, 1);
                 let none = Usage { fragments: 0, slots: 0 };
                 assert_eq!((ran.usage, ran.lfb.fragments().len()), (none, 0), "{}", capture.name());
                 assert!(ran.counted.iter().all(|&count| count == 0));

@@ -6,7 +6,7 @@ use oit_capture::{
     Array3d, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList,
     LinkedPages, Usage, capture,
 };
-use oit_fragments::{Fragment, Lfb, LfbError};
+use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
 use oit_gpu::{Contents, GpuError};
 use oit_scene::SplitMix64;
 use proptest::prelude::*;
@@ -173,13 +173,13 @@ fn offsets_that_are_none_are_refused() {
     let lfb = Lfb::from_lists(2, 2, &[vec![f, f], vec![], vec![f], vec![f]]);
     // Also where the fault lies beyond the pool.
     for pool in [2, 4, 9] {
-        let good = cut(memory(&Linearized, &lfb), pool);
+        let good = cut(memory(&Linearized::BLOCKS, &lfb), pool);
         let damaged = |buffer, word, value| {
             let mut memory = good.clone();
             memory.set(buffer, word, value);
-            memory.unpack(&Linearized)
+            memory.unpack(&Linearized::BLOCKS)
         };
-        assert!(good.unpack(&Linearized).is_ok());
+        assert!(good.unpack(&Linearized::BLOCKS).is_ok());
         assert!(matches!(
             damaged("offsets", 1, 1),
             Err(CaptureError::Damaged(LfbError::OffsetsFall { pixel: 1 }))
@@ -232,6 +232,26 @@ fn a_buffer_that_cannot_be_read_is_an_error() {
             }
         }
         assert!(needed >= 2, "{}", capture.name());
+    }
+}
+
+#[test]
+fn totals_that_a_capture_has_no_bits_for_are_refused() {
+    let refuses = |capture: &dyn Capture, counts: &[u32]| {
+        let histogram = &DepthHistogram::from_counts(counts.iter().copied());
+        capture.refuses(&Demand { counts, histogram, lists: None })
+    };
+    // 64 pixels of 2^24 fragments are 2^30.
+    let full = vec![1 << 24; 64];
+    let mut below = full.clone();
+    below[63] -= 1;
+    let reason = refuses(&Linearized::LOOK_BACK, &full).expect("too many");
+    assert!(reason.contains("1073741824 fragments"), "{reason}");
+    assert_eq!(refuses(&Linearized::LOOK_BACK, &below), None);
+    assert_eq!(refuses(&Linearized::BLOCKS, &full), None);
+    assert!(refuses(&Linearized::BLOCKS, &vec![1 << 24; 256]).is_some());
+    for capture in CAPTURES {
+        assert_eq!(refuses(*capture, &[0, 1, 500, 7]), None, "{}", capture.name());
     }
 }
 

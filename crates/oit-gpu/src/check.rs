@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 impl Plan {
     /// Finds what is wrong with a plan, without a GPU: a name that no resource has, a shader that
-    /// does not compile, a pass that writes given data, attachments of different sizes, a fragment
-    /// shader that would write although the depth or stencil test rejects the fragment.
+    /// does not compile, a pass that writes given data or reads what is attached to it, attachments
+    /// of different sizes, a fragment shader that would write although the depth or stencil test
+    /// rejects the fragment.
     ///
     /// # Errors
     /// [`GpuError::Plan`] with the first fault.
@@ -98,8 +99,29 @@ fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
     )
 }
 
+/// The target, if a shader may read it.
+fn readable(plan: &Plan, name: &str) -> Result<(), String> {
+    let target = target(plan, name)?;
+    match target.format.is_color() {
+        true => Ok(()),
+        false => Err(format!(
+            "target {name:?} is {:?}, and shaders read targets of colour only, not of depth or \
+             stencil",
+            target.format
+        )),
+    }
+}
+
+fn target<'a>(plan: &'a Plan, name: &str) -> Result<&'a crate::Target, String> {
+    plan.target(name).ok_or_else(|| {
+        let names = plan.targets.iter().map(|target| target.name.as_str());
+        format!("no target is named {name:?}{}", nearest(name, names))
+    })
+}
+
 /// The checks of a shader of either kind. `held` are buffers that the pass itself also reads as
-/// indices, vertices or workgroup counts: writing one of them in the same pass is a race.
+/// indices, vertices or workgroup counts, which its shader may not write, and targets that are
+/// attached to it, which its shader may not read: either would be a race.
 fn bindings(
     plan: &Plan,
     shader: &Shader,
@@ -109,16 +131,24 @@ fn bindings(
 ) -> Result<(), String> {
     for binding in reflection.bindings_of(kind) {
         let in_shader = |what| format!("shader {:?}: `{}`: {what}", shader.label, binding.name);
+        let is_held = held.contains(&binding.name.as_str());
         let buffer = match binding.access {
             Access::Uniform | Access::Read => buffer(plan, &binding.name),
             Access::ReadWrite => writable(plan, &binding.name),
+            Access::Texture => {
+                readable(plan, &binding.name).map_err(in_shader)?;
+                if is_held {
+                    return Err(in_shader("is attached to the pass that reads it".to_owned()));
+                }
+                continue;
+            }
         }
         .map_err(in_shader)?;
         if buffer.allocated_bytes() < binding.min_bytes {
             let (has, needs) = (buffer.allocated_bytes(), binding.min_bytes);
             return Err(in_shader(format!("needs {needs} bytes and the buffer has {has}")));
         }
-        if binding.access == Access::ReadWrite && held.contains(&binding.name.as_str()) {
+        if binding.access == Access::ReadWrite && is_held {
             let what = "is written by the pass that takes its vertices, indices or counts from it";
             return Err(in_shader(what.to_owned()));
         }
@@ -165,13 +195,14 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             ));
         }
     }
-    if fs.writes && !fs.early_depth_test && raster.depth_stencil.as_ref().is_some_and(rejects) {
+    let late = fs.writes && !fs.early_depth_test && !raster.late_writes;
+    if late && raster.depth_stencil.as_ref().is_some_and(rejects) {
         return Err(format!(
             "shader {label:?}: `fs` writes a buffer under a depth or stencil test, so it must say \
              `@early_depth_test(force)`: without it a rejected fragment still writes"
         ));
     }
-    let held = match &raster.draw {
+    let mut held = match &raster.draw {
         Draw::Vertices { .. } => {
             if let Some((location, _)) = vs.inputs.first() {
                 return Err(format!(
@@ -192,6 +223,8 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             vec![vertices.as_str(), indices.as_str()]
         }
     };
+    held.extend(raster.color.iter().map(|color| color.target.as_str()));
+    held.extend(raster.depth_stencil.as_ref().map(|attachment| attachment.target.as_str()));
     bindings(plan, &raster.shader, reflection, Kind::Raster, &held)
 }
 
@@ -207,10 +240,7 @@ fn attachments(plan: &Plan, raster: &Raster) -> Result<(), String> {
     let mut size = None;
     let mut seen = HashSet::new();
     for name in raster.color.iter().map(|color| &color.target).chain(depth_stencil) {
-        let target = plan.target(name).ok_or_else(|| {
-            let names = plan.targets.iter().map(|target| target.name.as_str());
-            format!("no target is named {name:?}{}", nearest(name, names))
-        })?;
+        let target = target(plan, name)?;
         let (first, width, height) = *size.get_or_insert((name, target.width, target.height));
         if (width, height) != (target.width, target.height) {
             return Err(format!(

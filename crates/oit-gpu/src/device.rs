@@ -73,6 +73,24 @@ pub trait Device {
     /// Where the plan has no such resource, or the driver fails.
     fn read(&mut self, plan: PlanId, resource: &str) -> Result<Vec<u8>, GpuError>;
 
+    /// The device memory that each of the plan's resources takes as allocated, in bytes: its buffers,
+    /// then its targets, in the plan's order. What plans share is counted in each of them in full.
+    /// `vulkan` tells what the driver requires of an allocation. wgpu does not tell that: there it
+    /// is what wgpu asks for, with its own rounding, and of a target the bytes of its pixels.
+    ///
+    /// # Errors
+    /// Where the plan is not prepared.
+    fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError>;
+
+    /// The device memory that the plan takes as allocated, in bytes: the sum of
+    /// [`Self::resource_bytes`].
+    ///
+    /// # Errors
+    /// Where the plan is not prepared.
+    fn memory_bytes(&self, plan: PlanId) -> Result<u64, GpuError> {
+        Ok(self.resource_bytes(plan)?.into_iter().map(|(_, bytes)| bytes).sum())
+    }
+
     /// Forgets all plans and frees their buffers and targets; pipelines are kept.
     fn reset(&mut self);
 }

@@ -4,6 +4,8 @@ mod cache_file;
 mod check;
 mod device;
 mod devices;
+mod directives;
+mod features;
 mod limits;
 mod listing;
 mod pipeline_key;

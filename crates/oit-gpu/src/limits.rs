@@ -1,18 +1,21 @@
 //! What a device can do, and whether that is enough for a plan.
 
-use crate::reflect::{self, Access, Binding, Kind, Reflection};
+use crate::features::Features;
+use crate::reflect::{Access, Binding, Kind, Reflection};
 use crate::{Dispatch, Format, GpuError, Plan, Work};
-use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use std::sync::Arc;
 
 /// What a device can do, in the terms of a plan.
 #[derive(Clone, Debug)]
 pub(crate) struct Limits {
+    /// The device's name, for messages.
+    pub(crate) device: String,
     pub(crate) buffer_bytes: u64,
     pub(crate) storage_binding_bytes: u64,
     pub(crate) uniform_binding_bytes: u64,
     pub(crate) storage_bindings_per_stage: u32,
     pub(crate) uniform_bindings_per_stage: u32,
+    pub(crate) textures_per_stage: u32,
     pub(crate) groups: u32,
     pub(crate) workgroups: [u32; 3],
     pub(crate) workgroup_size: [u32; 3],
@@ -26,9 +29,10 @@ pub(crate) struct Limits {
     pub(crate) blendable: Vec<Format>,
     pub(crate) fragment_writes: bool,
     pub(crate) vertex_writes: bool,
-    pub(crate) capabilities: Capabilities,
-    pub(crate) subgroup_stages: ShaderStages,
-    pub(crate) subgroup_operations: SubgroupOperationSet,
+    /// Whether primitives can be drawn without clipping at the near and far planes.
+    pub(crate) unclipped: bool,
+    /// What its shaders may use beyond WGSL's core.
+    pub(crate) features: Features,
 }
 
 impl Limits {
@@ -59,11 +63,7 @@ impl Limits {
         }
         for (pass, reflection) in plan.passes.iter().zip(reflections) {
             let Some(reflection) = reflection else { continue };
-            let kind = match &pass.work {
-                Work::Raster(_) => Kind::Raster,
-                _ => Kind::Compute,
-            };
-            self.shader(plan, reflection, kind)
+            self.shader(plan, reflection, Kind::of(&pass.work))
                 .and_then(|()| self.work(&pass.work, reflection, plan))
                 .map_err(|what| unsupported(format!("pass {:?}: {what}", pass.label)))?;
         }
@@ -71,14 +71,13 @@ impl Limits {
     }
 
     fn shader(&self, plan: &Plan, reflection: &Reflection, kind: Kind) -> Result<(), String> {
-        let full = (reflect::CAPABILITIES, reflect::SUBGROUP_STAGES, SubgroupOperationSet::all());
-        let here = (self.capabilities, self.subgroup_stages, self.subgroup_operations);
-        if here != full {
-            reflect::validator(self.capabilities, self.subgroup_stages, self.subgroup_operations)
-                .validate(&reflection.module)
-                .map_err(|error| chain(error.as_inner()))?;
-        }
+        self.features
+            .suffice(&reflection.module)
+            .map_err(|lacking| format!("{} has no {lacking}", self.device))?;
         for binding in reflection.bindings_of(kind) {
+            if binding.access == Access::Texture {
+                continue;
+            }
             let bytes = plan.buffer(&binding.name).map_or(0, crate::Buffer::allocated_bytes);
             let (limit, unit) = match binding.access {
                 Access::Uniform => (self.uniform_binding_bytes, "bytes of a uniform binding"),
@@ -88,12 +87,17 @@ impl Limits {
         }
         let in_stage: [fn(&Binding) -> bool; 3] = [|b| b.compute, |b| b.vertex, |b| b.fragment];
         for used in in_stage {
-            let bindings = || reflection.bindings_of(kind).filter(|binding| used(binding));
-            let uniform = bindings().filter(|b| b.access == Access::Uniform).count() as u32;
-            let storage = bindings().count() as u32 - uniform;
+            let count = |is: fn(Access) -> bool| {
+                let bindings = reflection.bindings_of(kind);
+                bindings.filter(|binding| used(binding) && is(binding.access)).count() as u32
+            };
+            let uniform = count(|access| access == Access::Uniform);
+            let storage = count(|access| matches!(access, Access::Read | Access::ReadWrite));
+            let textures = count(|access| access == Access::Texture);
             let what = || "the shader".to_owned();
             within(what, uniform, self.uniform_bindings_per_stage, "uniform buffers of a stage")?;
             within(what, storage, self.storage_bindings_per_stage, "storage buffers of a stage")?;
+            within(what, textures, self.textures_per_stage, "textures of a stage")?;
         }
         within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
     }
@@ -136,6 +140,9 @@ impl Limits {
                 if writable.any(|binding| binding.vertex) && !self.vertex_writes {
                     return Err("vertex shaders cannot write buffers".to_owned());
                 }
+                if raster.unclipped && !self.unclipped {
+                    return Err(format!("{} has no unclipped depth", self.device));
+                }
                 let count = raster.color.len() as u32;
                 within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;
                 for color in raster.color.iter().filter(|color| color.blend.is_some()) {
@@ -143,7 +150,8 @@ impl Limits {
                     if let Some(format) = format.filter(|format| !self.blendable.contains(format)) {
                         let target = &color.target;
                         return Err(format!(
-                            "target {target:?}: {format:?} cannot be blended into"
+                            "target {target:?}: {} cannot blend into {format:?}",
+                            self.device
                         ));
                     }
                 }

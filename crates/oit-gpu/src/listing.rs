@@ -83,6 +83,12 @@ fn write_raster(f: &mut Formatter<'_>, raster: &Raster) -> fmt::Result {
             writeln!(f, "    draws {count} indices of {indices} into {vertices}")?;
         }
     }
+    if raster.unclipped {
+        writeln!(f, "    unclipped: depth is clamped at the near and far planes")?;
+    }
+    if raster.late_writes {
+        writeln!(f, "    late writes: rejected fragments may write buffers too")?;
+    }
     for ColorAttachment { target, load, blend, write } in &raster.color {
         write!(f, "    color {target}")?;
         match load {

@@ -21,6 +21,7 @@ pub(crate) struct RasterKey {
     pub(crate) color: Vec<ColorKey>,
     pub(crate) depth: Option<DepthKey>,
     pub(crate) stencil: Option<StencilKey>,
+    pub(crate) unclipped: bool,
 }
 
 /// What a pipeline knows of a colour target.
@@ -78,6 +79,13 @@ impl RasterKey {
         let stencil = attachment
             .and_then(|attachment| attachment.stencil)
             .map(|Stencil { compare, pass, fail, .. }| StencilKey { compare, pass, fail });
-        Self { wgsl: raster.shader.wgsl.clone(), layout, color: color.collect(), depth, stencil }
+        Self {
+            wgsl: raster.shader.wgsl.clone(),
+            layout,
+            color: color.collect(),
+            depth,
+            stencil,
+            unclipped: raster.unclipped,
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! A technique as data: named buffers and targets, and a list of labelled passes over them.
 //!
 //! A plan holds no API call. A pass names no binding either: every `var<storage>` or
-//! `var<uniform>` of its shader is bound to the plan's buffer of the same name, so the shader is
-//! the one place where a resource is declared to be read or written. Passes run one after the
-//! other, each seeing all that earlier ones wrote.
+//! `var<uniform>` of its shader is bound to the plan's buffer of the same name, and every
+//! `texture_2d<f32>` to its colour target, so the shader is the one place where a resource is
+//! declared to be read or written. Passes run one after the other, each seeing all that earlier
+//! ones wrote.
 
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ pub struct Plan {
     pub name: String,
     /// Every buffer a pass or a shader names.
     pub buffers: Vec<Buffer>,
-    /// Every texture that a raster pass draws to.
+    /// Every texture that a raster pass draws to or a shader reads.
     pub targets: Vec<Target>,
     /// What is done, in order.
     pub passes: Vec<Pass>,
@@ -41,7 +42,9 @@ pub enum Contents {
     Data(Arc<[u8]>),
 }
 
-/// A two-dimensional texture that raster passes draw to.
+/// A two-dimensional texture that raster passes draw to. Passes to which it is not attached can read
+/// one of colour: their shader's `var NAME: texture_2d<f32>` is the target of that name, pixel (0, 0)
+/// at the top left. Depth and stencil cannot be read by a shader.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Target {
     /// Its name.
@@ -102,7 +105,9 @@ impl VertexFormat {
 }
 
 /// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`. An array
-/// of a function may hold anything before it is written (see the vulkan backend's `arrays`).
+/// of a function may hold anything before it is written (see the vulkan backend's `arrays`). A line
+/// `enable NAME;` may stand anywhere, not only at the top, so that a source can be put together from
+/// several texts. What a shader needs of a device is found from its code, whatever it enables.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shader {
     /// What it is, for messages and listings.
@@ -155,7 +160,7 @@ pub enum Dispatch {
     },
 }
 
-/// One draw into targets of one size. Triangles, no culling, depth clipped at both planes.
+/// One draw into targets of one size: triangles, no culling. [`Raster::new`] gives the usual state.
 #[derive(Clone, Debug)]
 pub struct Raster {
     /// The shader.
@@ -167,6 +172,13 @@ pub struct Raster {
     pub color: Vec<ColorAttachment>,
     /// The depth or stencil target.
     pub depth_stencil: Option<DepthStencil>,
+    /// Whether primitives reach beyond the near and the far plane, where a fragment's depth is
+    /// clamped to 0 or 1 for the test and the target. Otherwise they are clipped at both planes.
+    pub unclipped: bool,
+    /// The permission to write buffers under a rejecting depth or stencil test without
+    /// `@early_depth_test(force)`, so that rejected fragments write too: a fault, which
+    /// [`Plan::check`] refuses unless it is to be shown.
+    pub late_writes: bool,
 }
 
 /// What a raster pass draws.
@@ -348,12 +360,20 @@ impl Plan {
         stages
     }
 
-    /// Device memory of all buffers and targets, in bytes.
+    /// Device memory of all buffers and targets, in bytes, as declared; what a device allocates for
+    /// them is in [`crate::Device::memory_bytes`].
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let targets = |t: &Target| t.format.bytes() * u64::from(t.width) * u64::from(t.height);
         self.buffers.iter().map(|buffer| buffer.bytes).sum::<u64>()
-            + self.targets.iter().map(targets).sum::<u64>()
+            + self.targets.iter().map(Target::bytes).sum::<u64>()
+    }
+}
+
+impl Target {
+    /// Bytes of its pixels.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.format.bytes() * u64::from(self.width) * u64::from(self.height)
     }
 }
 
@@ -381,6 +401,22 @@ impl Shader {
     #[must_use]
     pub fn new(label: impl Into<String>, wgsl: impl Into<Arc<str>>) -> Self {
         Self { label: label.into(), wgsl: wgsl.into() }
+    }
+}
+
+impl Raster {
+    /// A draw without attachments, of which it needs at least one; clipped at both planes, and
+    /// without late writes.
+    #[must_use]
+    pub fn new(shader: Shader, draw: Draw) -> Self {
+        Self {
+            shader,
+            draw,
+            color: Vec::new(),
+            depth_stencil: None,
+            unclipped: false,
+            late_writes: false,
+        }
     }
 }
 

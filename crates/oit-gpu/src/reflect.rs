@@ -1,33 +1,21 @@
 //! What a WGSL shader binds, reads and writes: the shader is where a pass's resources are declared.
 
-use crate::{Shader, VertexFormat};
+use crate::directives::hoisted;
+use crate::features::Features;
+use crate::{Shader, VertexFormat, Work};
 use naga::proc::GlobalCtx;
-use naga::valid::{
-    Capabilities, GlobalUse, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags,
-    Validator,
+use naga::valid::{GlobalUse, ModuleInfo};
+use naga::{
+    AddressSpace, Handle, ImageClass, ImageDimension, Module, ScalarKind, ShaderStage,
+    StorageAccess, Type, TypeInner,
 };
-use naga::{AddressSpace, Handle, Module, ScalarKind, ShaderStage, StorageAccess, Type};
 use std::collections::HashMap;
 use std::sync::Arc;
-
-/// What WGSL may use beyond its core: what both backends can offer. A device that lacks one of
-/// these refuses the shaders that need it.
-pub(crate) const CAPABILITIES: Capabilities = Capabilities::SUBGROUP
-    .union(Capabilities::SUBGROUP_BARRIER)
-    .union(Capabilities::EARLY_DEPTH_TEST)
-    .union(Capabilities::SHADER_FLOAT16_IN_FLOAT32)
-    .union(Capabilities::SHADER_INT64)
-    .union(Capabilities::SHADER_INT64_ATOMIC_MIN_MAX)
-    .union(Capabilities::SHADER_INT64_ATOMIC_ALL_OPS);
-
-/// The stages in which a shader may use subgroup operations.
-pub(crate) const SUBGROUP_STAGES: ShaderStages =
-    ShaderStages::COMPUTE.union(ShaderStages::FRAGMENT);
 
 /// A parsed and validated shader.
 #[derive(Debug)]
 pub struct Reflection {
-    /// Every buffer its entry points use, by group and binding.
+    /// Every buffer and target its entry points use, by group and binding.
     pub bindings: Vec<Binding>,
     /// The compute entry point `main`.
     pub main: Option<Main>,
@@ -39,14 +27,14 @@ pub struct Reflection {
     pub(crate) info: ModuleInfo,
 }
 
-/// A buffer that a shader uses.
+/// A buffer or target that a shader uses.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Binding {
     /// `@group`.
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
-    /// The variable, which is the name of the plan's buffer.
+    /// The variable, which is the name of the plan's buffer or target.
     pub name: String,
     /// How it is declared.
     pub access: Access,
@@ -57,10 +45,11 @@ pub struct Binding {
     /// Whether `fs` uses it.
     pub fragment: bool,
     /// Bytes the buffer must have at least: the type's size, with one element of a runtime array.
+    /// Of a target 0.
     pub min_bytes: u64,
 }
 
-/// How a shader declares a buffer.
+/// How a shader declares a buffer or a target.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Access {
     /// `var<uniform>`.
@@ -69,6 +58,8 @@ pub enum Access {
     Read,
     /// `var<storage, read_write>`.
     ReadWrite,
+    /// `texture_2d<f32>`.
+    Texture,
 }
 
 /// The compute entry point.
@@ -105,6 +96,16 @@ pub(crate) enum Kind {
     Raster,
 }
 
+impl Kind {
+    /// How a pass with this work runs its shader.
+    pub(crate) fn of(work: &Work) -> Self {
+        match work {
+            Work::Raster(_) => Self::Raster,
+            Work::Compute { .. } | Work::Clear { .. } => Self::Compute,
+        }
+    }
+}
+
 impl Reflection {
     /// Parses and validates a shader.
     ///
@@ -112,11 +113,12 @@ impl Reflection {
     /// The compiler's message with the lines concerned, or what a plan cannot give such a shader.
     pub fn new(shader: &Shader) -> Result<Self, String> {
         let label = &shader.label;
-        let module = naga::front::wgsl::parse_str(&shader.wgsl)
-            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
-        let info = validator(CAPABILITIES, SUBGROUP_STAGES, SubgroupOperationSet::all())
+        let wgsl = hoisted(&shader.wgsl);
+        let module = naga::front::wgsl::parse_str(&wgsl)
+            .map_err(|error| error.emit_to_string_with_path(&wgsl, label))?;
+        let info = Features::ALL
             .validate(&module)
-            .map_err(|error| error.emit_to_string_with_path(&shader.wgsl, label))?;
+            .map_err(|error| error.emit_to_string_with_path(&wgsl, label))?;
         if let Some((_, constant)) = module.overrides.iter().next() {
             let name = constant.name.as_deref().unwrap_or("without a name");
             return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
@@ -128,7 +130,7 @@ impl Reflection {
         Ok(reflection)
     }
 
-    /// The buffers that a pass of this kind binds.
+    /// What a pass of this kind binds.
     pub(crate) fn bindings_of(&self, kind: Kind) -> impl Iterator<Item = &Binding> + Clone {
         self.bindings.iter().filter(move |binding| match kind {
             Kind::Compute => binding.compute,
@@ -222,12 +224,23 @@ impl Reflection {
                     Access::ReadWrite
                 }
                 AddressSpace::Storage { .. } => Access::Read,
-                _ => return Err(format!("`{name}` is no buffer, and a plan binds buffers only")),
+                AddressSpace::Handle if is_texture(&self.module.types[global.ty].inner) => {
+                    Access::Texture
+                }
+                _ => {
+                    return Err(format!(
+                        "`{name}` is neither a buffer nor a `texture_2d<f32>`, and a plan binds \
+                         nothing else"
+                    ));
+                }
             };
             let Some(naga::ResourceBinding { group, binding }) = global.binding else {
                 return Err(format!("`{name}` has no @group and @binding"));
             };
-            let min_bytes = type_bytes(global.ty, self.module.to_ctx());
+            let min_bytes = match access {
+                Access::Texture => 0,
+                _ => type_bytes(global.ty, self.module.to_ctx()),
+            };
             let new =
                 Binding { group, binding, name, access, compute, vertex, fragment, min_bytes };
             let twin = self.bindings.iter().find(|b| (b.group, b.binding) == (group, binding));
@@ -244,23 +257,18 @@ impl Reflection {
     }
 }
 
-/// A validator that allows so much and no more.
-pub(crate) fn validator(
-    capabilities: Capabilities,
-    subgroup_stages: ShaderStages,
-    operations: SubgroupOperationSet,
-) -> Validator {
-    let mut validator = Validator::new(ValidationFlags::all(), capabilities);
-    validator.subgroup_stages(subgroup_stages).subgroup_operations(operations);
-    validator
-}
-
 /// Whether a vertex attribute of this format is read as floats, else as `u32`.
 pub(crate) fn is_float(format: VertexFormat) -> bool {
     match format {
         VertexFormat::Float32x3 | VertexFormat::Unorm8x4 => true,
         VertexFormat::Uint32 => false,
     }
+}
+
+/// Whether a type is `texture_2d<f32>`.
+fn is_texture(ty: &TypeInner) -> bool {
+    let class = ImageClass::Sampled { kind: ScalarKind::Float, multi: false };
+    *ty == TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class }
 }
 
 /// The size of a type; of a type too large to have one, the largest number there is, which no
@@ -280,7 +288,7 @@ fn locations(
         Some(&naga::Binding::Location { location, .. }) => found.push((location, ty)),
         Some(naga::Binding::BuiltIn(_)) => {}
         None => {
-            if let naga::TypeInner::Struct { members, .. } = &module.types[ty].inner {
+            if let TypeInner::Struct { members, .. } = &module.types[ty].inner {
                 for member in members {
                     locations(module, member.ty, member.binding.as_ref(), found);
                 }
@@ -371,9 +379,27 @@ mod tests {
         let message = Reflection::new(&Shader::new("types.wgsl", types)).expect_err("ill typed");
         assert!(message.contains("types.wgsl:1:"), "{message}");
 
-        let texture = "@group(0) @binding(0) var image: texture_2d<f32>;
-            @compute @workgroup_size(1) fn main() { _ = textureDimensions(image); }";
-        let message = Reflection::new(&Shader::new("t", texture)).expect_err("no buffer");
-        assert!(message.contains("`image` is no buffer"), "{message}");
+        for ty in ["texture_2d<u32>", "texture_depth_2d", "texture_2d_array<f32>"] {
+            let texture = format!(
+                "@group(0) @binding(0) var image: {ty};
+                @compute @workgroup_size(1) fn main() {{ _ = textureDimensions(image); }}"
+            );
+            let message = Reflection::new(&Shader::new("t", texture)).expect_err("not bound");
+            assert!(message.contains("`image` is neither a buffer nor"), "{message}");
+        }
+    }
+
+    #[test]
+    fn textures_are_bound_by_name_as_buffers_are() {
+        let shader = "@group(0) @binding(1) var unused: texture_2d<f32>;
+            @group(1) @binding(0) var image: texture_2d<f32>;
+            @group(0) @binding(0) var<storage, read_write> first: array<f32>;
+            @compute @workgroup_size(1) fn main() {
+                first[0] = textureLoad(image, vec2<u32>(0u, 0u), 0).x;
+            }";
+        let seen = Reflection::new(&Shader::new("t", shader)).expect("valid");
+        let listed: Vec<_> =
+            seen.bindings.iter().map(|b| (b.name.as_str(), b.access, b.min_bytes)).collect();
+        assert_eq!(listed, [("first", Access::ReadWrite, 4), ("image", Access::Texture, 0)]);
     }
 }

@@ -55,11 +55,11 @@ fn compute_plan() -> Plan {
 }
 
 fn raster_plan() -> Plan {
+    let draw = Draw::Vertices { count: 3, instances: 1 };
     let raster = Raster {
-        shader: Shader::new("masked", MASKED),
-        draw: Draw::Vertices { count: 3, instances: 1 },
         color: vec![color("image")],
         depth_stencil: stencil("mask", Compare::Equal),
+        ..Raster::new(Shader::new("masked", MASKED), draw)
     };
     Plan {
         name: "raster".to_owned(),
@@ -184,6 +184,11 @@ fn a_tested_fragment_shader_that_writes_must_test_early() {
             Some(DepthStencil { target: "mask".to_owned(), depth, stencil: None });
     };
     refused(raster_plan, depth_tested, &["@early_depth_test(force)"]);
+    // It is permitted on purpose.
+    let mut plan = raster_plan();
+    raster_of(&mut plan).shader = late();
+    raster_of(&mut plan).late_writes = true;
+    plan.check().expect("sound");
     // Nothing is rejected, or nothing is written.
     let mut plan = raster_plan();
     raster_of(&mut plan).shader = late();
@@ -218,6 +223,36 @@ fn attachments_fit_each_other_and_the_shader() {
         raster_of(p).color.push(color("other"));
     };
     refused(raster_plan, second, &["no @location(1)", "\"other\""]);
+}
+
+#[test]
+fn shaders_read_colour_targets_of_other_passes() {
+    fn reading() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets.push(target("earlier", Format::R32Float));
+        let texture = "@group(0) @binding(1) var earlier: texture_2d<f32>;\n";
+        let load = "textureLoad(earlier, vec2<u32>(0u, 0u), 0)";
+        let wgsl = [texture, &MASKED.replace("vec4<f32>(1.0)", load)].concat();
+        raster_of(&mut plan).shader = Shader::new("reading", wgsl);
+        plan
+    }
+    let rename = |p: &mut Plan| p.targets[2].name = "earlie".to_owned();
+    refused(reading, rename, &["`earlier`", "no target is named", "nearest is \"earlie\""]);
+    let attached = |p: &mut Plan| raster_of(p).color[0].target = "earlier".to_owned();
+    refused(reading, attached, &["`earlier`", "attached to the pass that reads it"]);
+    for format in [Format::Depth32Float, Format::Stencil8] {
+        refused(
+            reading,
+            |p| p.targets[2].format = format,
+            &["`earlier`", "not of depth or stencil"],
+        );
+    }
+    let buffer = |p: &mut Plan| {
+        p.targets.pop();
+        p.buffers.push(Buffer::new("earlier", 64));
+    };
+    refused(reading, buffer, &["`earlier`", "no target is named"]);
+    assert!(reading().to_string().contains("    reads earlier\n"), "{}", reading());
 }
 
 #[test]
@@ -271,6 +306,8 @@ fn vertices_fit_the_shader() {
 #[test]
 fn a_plan_prints_what_it_does() {
     let mut plan = raster_plan();
+    raster_of(&mut plan).unclipped = true;
+    raster_of(&mut plan).late_writes = true;
     plan.passes.splice(0..0, compute_plan().passes);
     plan.buffers = compute_plan().buffers;
     assert_eq!(
@@ -294,6 +331,8 @@ passes
     writes counts
   [resolve] masked
     draws 3 vertices, 1 instances
+    unclipped: depth is clamped at the near and far planes
+    late writes: rejected fragments may write buffers too
     color image, cleared to [0.0, 0.0, 0.0, 0.0], replaced
     stencil mask, cleared to 1, Equal 1, pass Keep, fail Keep
     writes counts

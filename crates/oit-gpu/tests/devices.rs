@@ -21,15 +21,23 @@ const CHECKS: &[(&str, Check)] = &[
     ("clears_a_buffer", clears_a_buffer),
     ("dispatches_by_a_buffer", dispatches_by_a_buffer),
     ("runs_subgroups_or_says_why_not", runs_subgroups_or_says_why_not),
+    ("fragments_append_by_subgroup", fragments_append_by_subgroup),
+    ("a_chain_of_64_bit_maxima_keeps_the_largest", a_chain_of_64_bit_maxima_keeps_the_largest),
     ("counts_fragments_with_atomics", counts_fragments_with_atomics),
     ("draws_indexed_vertices", draws_indexed_vertices),
     ("row_0_is_the_top_and_y_is_up", row_0_is_the_top_and_y_is_up),
     ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
     ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
     ("clips_at_both_planes", clips_at_both_planes),
+    ("unclipped_draws_past_both_planes", unclipped_draws_past_both_planes),
+    ("late_writes_show_the_rejected", late_writes_show_the_rejected),
     ("blends", blends),
+    ("counts_by_blending_as_by_atomics", counts_by_blending_as_by_atomics),
+    ("shaders_read_targets", shaders_read_targets),
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
+    ("tells_the_memory_of_each_resource", tells_the_memory_of_each_resource),
+    ("clears_more_than_32_bits_of_bytes", clears_more_than_32_bits_of_bytes),
     ("moves_more_than_the_staging_holds", moves_more_than_the_staging_holds),
     ("times_stages", times_stages),
     ("refuses_faulty_plans", refuses_faulty_plans),
@@ -151,12 +159,8 @@ fn color(target: &str, blend: Option<Blend>, load: Load<[f32; 4]>) -> ColorAttac
 
 /// A triangle that covers everything, in this shader.
 fn full_screen(fragment: &str, color: Vec<ColorAttachment>) -> Raster {
-    Raster {
-        shader: Shader::new("full screen", format!("{FULL_SCREEN}{fragment}")),
-        draw: Draw::Vertices { count: 3, instances: 1 },
-        color,
-        depth_stencil: None,
-    }
+    let shader = Shader::new("full screen", format!("{FULL_SCREEN}{fragment}"));
+    Raster { color, ..Raster::new(shader, Draw::Vertices { count: 3, instances: 1 }) }
 }
 
 fn plan(buffers: Vec<Buffer>, targets: Vec<Target>, passes: Vec<Pass>) -> Plan {
@@ -174,6 +178,21 @@ fn ran(device: &mut dyn Device, plan: &Plan) -> PlanId {
 fn words_of(device: &mut dyn Device, plan: &Plan, resource: &str) -> Vec<u32> {
     let id = ran(device, plan);
     to_words(&device.read(id, resource).expect("read"))
+}
+
+/// Whether the device says that it lacks this. If so it must refuse the plan, with a reason; the
+/// check is over then, and says so.
+fn lacks(device: &mut dyn Device, feature: &str, plan: &Plan) -> bool {
+    if device.info().unsupported.iter().all(|missing| missing.feature != feature) {
+        return false;
+    }
+    match device.prepare(plan) {
+        Err(GpuError::Unsupported(reason)) => {
+            eprintln!("{}: not checked: {reason}", device.info().id);
+            true
+        }
+        other => panic!("without {feature} it should be refused: {other:?}"),
+    }
 }
 
 fn naming_plan() -> Plan {
@@ -246,17 +265,147 @@ fn runs_subgroups_or_says_why_not(device: &mut dyn Device) {
             sums[i] = subgroupAdd(1u) * 1000u + next;
         }";
     let plan = plan(vec![Buffer::new("sums", 256)], vec![], vec![compute("sums", wgsl, [1, 1, 1])]);
-    let lacks =
-        device.info().unsupported.iter().any(|missing| missing.feature == "subgroups in compute");
-    if lacks {
-        let refused = device.prepare(&plan);
-        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+    if lacks(device, "subgroups in compute", &plan) {
         return;
     }
     let (least, most) = device.info().subgroup_size.expect("told, since subgroups are there");
     for (i, sum) in (0..).zip(words_of(device, &plan, "sums")) {
         assert_eq!(sum % 1000, i ^ 1);
         assert!((least..=most).contains(&(sum / 1000)), "{sum}");
+    }
+}
+
+/// Triangles of a few pixels that lie over each other: many quads are partly covered.
+const SMALL_TRIANGLES: &str = "
+@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+    var hash = (i / 3u) * 2654435769u;
+    hash = (hash ^ (hash >> 15u)) * 2246822519u;
+    let corner = vec2<f32>(f32(hash & 0xFFFFu), f32(hash >> 16u)) / 32768.0 - 1.0;
+    let side = 0.1 + 0.05 * f32(i % 7u);
+    let offset = vec2<f32>(f32(i % 3u == 1u), f32(i % 3u == 2u)) * side;
+    return vec4<f32>(corner + offset, 0.5, 1.0);
+}
+";
+
+fn fragments_append_by_subgroup(device: &mut dyn Device) {
+    // The leader is the first lane that is no helper, so that helpers take no index and add nothing.
+    let append = "
+        enable subgroups;
+        @group(0) @binding(0) var<storage, read_write> next: atomic<u32>;
+        @group(0) @binding(1) var<storage, read_write> taken: array<atomic<u32>>;
+        @group(0) @binding(2) var<storage, read_write> leaders: atomic<u32>;
+        fn below(lane: u32, word: u32) -> u32 {
+            return extractBits(0xFFFFFFFFu, 0u, min(max(lane, word * 32u) - word * 32u, 32u));
+        }
+        @fragment fn fs(
+            @builtin(sample_mask) mask: u32,
+            @builtin(subgroup_invocation_id) lane: u32,
+            @builtin(subgroup_size) size: u32,
+        ) -> @location(0) vec4<f32> {
+            let live = subgroupBallot(mask != 0u);
+            let bits = countOneBits(live);
+            var leader = size;
+            var rank = 0u;
+            for (var word = 0u; word < 4u; word++) {
+                if leader == size && live[word] != 0u {
+                    leader = word * 32u + countTrailingZeros(live[word]);
+                }
+                rank += countOneBits(live[word] & below(lane, word));
+            }
+            var first = 0u;
+            if mask != 0u && lane == leader {
+                first = atomicAdd(&next, bits.x + bits.y + bits.z + bits.w);
+                atomicAdd(&leaders, 1u);
+            }
+            first = subgroupShuffle(first, min(leader, size - 1u));
+            if mask != 0u {
+                atomicAdd(&taken[first + rank], 1u);
+            }
+            return vec4<f32>(1.0);
+        }";
+    let draw = |fragment: &str| {
+        let shader = Shader::new("small triangles", [SMALL_TRIANGLES, fragment].concat());
+        Raster {
+            color: vec![color("image", None, Load::Clear([0.0; 4]))],
+            ..Raster::new(shader, Draw::Vertices { count: 300, instances: 1 })
+        }
+    };
+    let targets = || vec![target("image", Format::R8Unorm, 61, 45)];
+    let passes = vec![Pass::clear("clear", "counts"), Pass::raster("count", draw(COUNTING))];
+    let counting = plan(vec![Buffer::new("counts", 4)], targets(), passes);
+    let fragments = words_of(device, &counting, "counts")[0];
+    assert!(fragments > 1000, "{fragments}");
+    let passes = vec![
+        Pass::clear("clear", "next"),
+        Pass::clear("clear", "taken"),
+        Pass::clear("clear", "leaders"),
+        Pass::raster("capture", draw(append)),
+    ];
+    let buffers = vec![
+        Buffer::new("next", 4),
+        Buffer::new("taken", u64::from(fragments) * 8),
+        Buffer::new("leaders", 4),
+    ];
+    let plan = plan(buffers, targets(), passes);
+    if lacks(device, "subgroups in fragment", &plan) {
+        return;
+    }
+    let id = ran(device, &plan);
+    assert_eq!(to_words(&device.read(id, "next").expect("read"))[0], fragments);
+    let taken = to_words(&device.read(id, "taken").expect("read"));
+    let (once, never) = taken.split_at(fragments as usize);
+    assert!(once.iter().all(|&times| times == 1), "each index is handed out once: {once:?}");
+    assert!(never.iter().all(|&times| times == 0), "{never:?}");
+    let leaders = to_words(&device.read(id, "leaders").expect("read"))[0];
+    assert!(leaders < fragments, "{leaders} atomics for {fragments} fragments");
+}
+
+fn a_chain_of_64_bit_maxima_keeps_the_largest(device: &mut dyn Device) {
+    const KEPT: usize = 4;
+    const LAYERS: u32 = 16;
+    let key = |layer: u32, pixel: u32| {
+        let low = (layer * 7919 + pixel * 104_729).wrapping_mul(2_654_435_769);
+        u64::from(low.rotate_left(9) ^ pixel) << 32 | u64::from(low)
+    };
+    let chain = "
+        @group(0) @binding(0) var<storage, read_write> slots: array<atomic<u64>>;
+        struct Layer { @builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) id: u32 }
+        @vertex fn vs(
+            @builtin(vertex_index) i: u32, @builtin(instance_index) layer: u32,
+        ) -> Layer {
+            let at = vec2<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0);
+            return Layer(vec4<f32>(at, 0.5, 1.0), layer);
+        }
+        @fragment fn fs(layer: Layer) -> @location(0) vec4<f32> {
+            let pixel = u32(layer.at.y) * 8u + u32(layer.at.x);
+            let low = (layer.id * 7919u + pixel * 104729u) * 2654435769u;
+            var key = (u64((low << 9u | low >> 23u) ^ pixel) << 32u) | u64(low);
+            for (var i = 0u; i < 4u; i++) {
+                key = min(key, atomicMax(&slots[pixel * 4u + i], key));
+            }
+            return vec4<f32>(1.0);
+        }";
+    let raster = Raster {
+        color: vec![color("image", None, Load::Clear([0.0; 4]))],
+        ..Raster::new(Shader::new("chain", chain), Draw::Vertices { count: 3, instances: LAYERS })
+    };
+    let passes = vec![Pass::clear("clear", "slots"), Pass::raster("capture", raster)];
+    let bytes = 8 * 5 * KEPT as u64 * 8;
+    let targets = vec![target("image", Format::R8Unorm, 8, 5)];
+    let plan = plan(vec![Buffer::new("slots", bytes)], targets, passes);
+    if lacks(device, "64-bit atomics", &plan) {
+        return;
+    }
+    let id = ran(device, &plan);
+    let slots = device.read(id, "slots").expect("read");
+    let slots: Vec<u64> = slots
+        .chunks_exact(8)
+        .map(|bytes| u64::from_le_bytes(bytes.try_into().expect("eight bytes")))
+        .collect();
+    for (pixel, kept) in (0..).zip(slots.chunks_exact(KEPT)) {
+        let mut keys: Vec<u64> = (0..LAYERS).map(|layer| key(layer, pixel)).collect();
+        keys.sort_unstable_by(|a, b| b.cmp(a));
+        assert_eq!(kept, &keys[..KEPT], "pixel {pixel}");
     }
 }
 
@@ -308,16 +457,15 @@ fn draws_indexed_vertices(device: &mut dyn Device) {
         attribute(1, VertexFormat::Unorm8x4, 12),
         attribute(2, VertexFormat::Uint32, 16),
     ];
+    let draw = Draw::Indexed {
+        vertices: "vertices".to_owned(),
+        layout: VertexLayout { stride_bytes: 20, attributes },
+        indices: "indices".to_owned(),
+        count: 12,
+    };
     let raster = Raster {
-        shader: Shader::new("indexed", wgsl),
-        draw: Draw::Indexed {
-            vertices: "vertices".to_owned(),
-            layout: VertexLayout { stride_bytes: 20, attributes },
-            indices: "indices".to_owned(),
-            count: 12,
-        },
         color: vec![color("image", None, Load::Clear([0.0; 4]))],
-        depth_stencil: None,
+        ..Raster::new(Shader::new("indexed", wgsl), draw)
     };
     let buffers = vec![
         Buffer::data("vertices", vertices.into()),
@@ -419,9 +567,8 @@ fn depth_rejects_before_the_shader_writes(device: &mut dyn Device) {
         let depth = Some(Depth { load, compare, write });
         let raster = Raster {
             shader: Shader::new("leaning", wgsl.as_str()),
-            draw: Draw::Vertices { count: 3, instances: 1 },
-            color: vec![color("image", None, Load::Clear([0.0; 4]))],
             depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+            ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
         };
         vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)]
     };
@@ -465,6 +612,67 @@ fn clips_at_both_planes(device: &mut dyn Device) {
     assert_eq!(words_of(device, &plan, "counts")[0], 8 * 4);
 }
 
+fn unclipped_draws_past_both_planes(device: &mut dyn Device) {
+    // Depth at the middle of column i is (i - 7.5) / 8, from -0.94 to 2.94.
+    let wgsl = format!(
+        "@vertex fn vs(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {{
+            let x = f32(i & 1u) * 4.0 - 1.0;
+            return vec4<f32>(x, f32(i & 2u) * 2.0 - 1.0, x * 2.0 + 1.0, 1.0);
+        }}{COUNTING}"
+    );
+    let depth = Some(Depth { load: Load::Clear(0.0), compare: Compare::Always, write: true });
+    let steep = |unclipped| {
+        let raster = Raster {
+            shader: Shader::new("steep", wgsl.as_str()),
+            depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+            unclipped,
+            ..full_screen("", vec![color("image", None, Load::Clear([0.0; 4]))])
+        };
+        let passes = vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)];
+        let targets = vec![
+            target("image", Format::R8Unorm, 32, 4),
+            target("depth", Format::Depth32Float, 32, 4),
+        ];
+        plan(vec![Buffer::new("counts", 4)], targets, passes)
+    };
+    assert_eq!(words_of(device, &steep(false), "counts")[0], 8 * 4);
+    if lacks(device, "unclipped depth", &steep(true)) {
+        return;
+    }
+    let id = ran(device, &steep(true));
+    assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 32 * 4);
+    let depths = to_floats(&device.read(id, "depth").expect("read"));
+    for (i, depth) in (0..).zip(depths) {
+        let expected = (((i % 32) as f32 - 7.5) / 8.0).clamp(0.0, 1.0);
+        assert!((depth - expected).abs() < 1e-6, "{i}: {depth}");
+    }
+    // The pipelines of both are kept side by side.
+    assert_eq!(words_of(device, &steep(false), "counts")[0], 8 * 4);
+}
+
+fn late_writes_show_the_rejected(device: &mut dyn Device) {
+    let late = COUNTING.replace("@early_depth_test(force)", "");
+    let compare = |compare| {
+        let (clear, pass, fail) = (Some(0), StencilOp::Keep, StencilOp::Keep);
+        let stencil = Some(Stencil { clear, compare, reference: 1, pass, fail });
+        let raster = Raster {
+            depth_stencil: Some(DepthStencil { target: "mask".to_owned(), depth: None, stencil }),
+            late_writes: true,
+            ..full_screen(&late, vec![color("image", None, Load::Clear([0.0; 4]))])
+        };
+        let passes = vec![Pass::clear("clear", "counts"), Pass::raster("draw", raster)];
+        let targets =
+            vec![target("image", Format::R8Unorm, 8, 4), target("mask", Format::Stencil8, 8, 4)];
+        plan(vec![Buffer::new("counts", 4)], targets, passes)
+    };
+    for test in [Compare::Greater, Compare::Equal] {
+        let id = ran(device, &compare(test));
+        assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 8 * 4, "{test:?}");
+        let drawn = if test == Compare::Greater { 255 } else { 0 };
+        assert_eq!(device.read(id, "image").expect("read"), [drawn; 8 * 4]);
+    }
+}
+
 fn blends(device: &mut dyn Device) {
     let fill = |rgba: [f32; 4], blend, load| {
         let fragment = format!(
@@ -498,6 +706,113 @@ fn blends(device: &mut dyn Device) {
     }
 }
 
+fn counts_by_blending_as_by_atomics(device: &mut dyn Device) {
+    let one = "@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }";
+    let atomic = "
+        @group(0) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            atomicAdd(&counts[u32(at.y) * 61u + u32(at.x)], 1u);
+            return vec4<f32>(1.0);
+        }";
+    let copy = "
+        @group(0) @binding(0) var depth_complexity: texture_2d<f32>;
+        @group(0) @binding(1) var<storage, read_write> copied: array<u32>;
+        @compute @workgroup_size(8, 8) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            let size = textureDimensions(depth_complexity);
+            if id.x < size.x && id.y < size.y {
+                copied[id.y * size.x + id.x] = u32(textureLoad(depth_complexity, id.xy, 0).x);
+            }
+        }";
+    let draw = |fragment: &str, target: &str, blend| {
+        let shader = Shader::new("small triangles", [SMALL_TRIANGLES, fragment].concat());
+        let color = vec![color(target, blend, Load::Clear([0.0; 4]))];
+        Raster { color, ..Raster::new(shader, Draw::Vertices { count: 300, instances: 1 }) }
+    };
+    let passes = vec![
+        Pass::raster("count", draw(one, "depth_complexity", Some(Blend::Add))),
+        compute("copy", copy, [8, 6, 1]),
+        Pass::clear("clear", "counts"),
+        Pass::raster("count", draw(atomic, "pretext", None)),
+    ];
+    let targets = vec![
+        target("depth_complexity", Format::R32Float, 61, 45),
+        target("pretext", Format::R8Unorm, 61, 45),
+    ];
+    let bytes = 61 * 45 * 4;
+    let buffers = vec![Buffer::new("copied", bytes), Buffer::new("counts", bytes)];
+    let plan = plan(buffers, targets, passes);
+    if lacks(device, "32-bit float blending", &plan) {
+        return;
+    }
+    let id = device.prepare(&plan).expect("prepared");
+    for _ in 0..2 {
+        device.poison(id).expect("poisoned");
+        device.run(id).expect("ran");
+        let counts = to_words(&device.read(id, "counts").expect("read"));
+        assert!(counts.iter().any(|&count| count > 3), "{counts:?}");
+        assert_eq!(to_words(&device.read(id, "copied").expect("read")), counts);
+        let blended = to_floats(&device.read(id, "depth_complexity").expect("read"));
+        assert!(blended.iter().zip(&counts).all(|(&sum, &count)| sum == count as f32));
+    }
+}
+
+fn shaders_read_targets(device: &mut dyn Device) {
+    // Each pixel's place in sixteenths, which every format holds exactly enough; then read by a
+    // raster pass, by a vertex shader too, turned upside down, and that again by a compute pass.
+    let place = "
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            return vec4<f32>(floor(at.x) + floor(at.y) * 4.0, at.x, at.y, 8.0) / 16.0;
+        }";
+    let turn = "
+        @group(0) @binding(2) var first: texture_2d<f32>;
+        struct Out { @builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) last: f32 }
+        @vertex fn vs(@builtin(vertex_index) i: u32) -> Out {
+            let at = vec2<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i & 2u) * 2.0 - 1.0);
+            return Out(vec4<f32>(at, 0.5, 1.0), textureLoad(first, vec2<i32>(3, 2), 0).x);
+        }
+        @fragment fn fs(in: Out) -> @location(0) vec4<f32> {
+            let pixel = vec2<i32>(in.at.xy);
+            return vec4<f32>(textureLoad(first, vec2<i32>(pixel.x, 2 - pixel.y), 0).xyz, in.last);
+        }";
+    let copy = "
+        @group(1) @binding(0) var second: texture_2d<f32>;
+        @group(0) @binding(1) var<storage, read_write> copied: array<vec4<f32>>;
+        @compute @workgroup_size(4, 3) fn main(
+            @builtin(local_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) i: u32,
+        ) {
+            copied[i] = textureLoad(second, id.xy, 0);
+        }";
+    for format in [Format::Rgba32Float, Format::Rgba16Float, Format::R32Float, Format::R8Unorm] {
+        let draw = |fragment, target| {
+            full_screen(fragment, vec![color(target, None, Load::Clear([0.0; 4]))])
+        };
+        let turned = Raster { shader: Shader::new("turn", turn), ..draw("", "second") };
+        let passes = vec![
+            Pass::raster("draw", draw(place, "first")),
+            Pass::raster("draw", turned),
+            compute("copy", copy, [1, 1, 1]),
+            // Drawn to again, after it was read.
+            Pass::raster("draw", draw(place, "second")),
+        ];
+        let targets = vec![target("first", format, 4, 3), target("second", format, 4, 3)];
+        let id = ran(device, &plan(vec![Buffer::new("copied", 4 * 3 * 16)], targets, passes));
+        let copied = to_floats(&device.read(id, "copied").expect("read"));
+        for (i, rgba) in copied.chunks_exact(4).enumerate() {
+            let (x, y) = (i % 4, 2 - i / 4);
+            let at = |place: usize| (place as f32 + 0.5) / 16.0;
+            let mut expected = [(x + y * 4) as f32 / 16.0, at(x), at(y), 11.0 / 16.0];
+            if matches!(format, Format::R32Float | Format::R8Unorm) {
+                expected[1..].copy_from_slice(&[0.0, 0.0, 1.0]);
+            }
+            for (seen, expected) in rgba.iter().zip(expected) {
+                assert!((seen - expected).abs() < 0.51 / 255.0, "{format:?}: {i}: {rgba:?}");
+            }
+        }
+        let first = device.read(id, "first").expect("read");
+        assert_eq!(first, device.read(id, "second").expect("read"), "{format:?}");
+    }
+}
+
 fn poisons_what_has_no_given_contents(device: &mut dyn Device) {
     let plan = naming_plan();
     let id = ran(device, &plan);
@@ -523,6 +838,69 @@ fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
     let first = |device: &mut dyn Device, id| to_words(&device.read(id, "both").expect("read"))[0];
     assert_eq!(first(device, same), 4711);
     assert_eq!(first(device, other), 0xCDCD_CDCD);
+}
+
+fn tells_the_memory_of_each_resource(device: &mut dyn Device) {
+    let data: Arc<[u8]> = vec![7; 3001].into();
+    let buffers =
+        vec![Buffer::new("large", 5_000_001), Buffer::data("given", data), Buffer::new("small", 1)];
+    let targets = vec![
+        target("image", Format::Rgba32Float, 301, 203),
+        target("mask", Format::Stencil8, 301, 203),
+    ];
+    let whole = plan(buffers.clone(), targets, vec![]);
+    let id = device.prepare(&whole).expect("prepared");
+    let listed = device.resource_bytes(id).expect("listed");
+    let declared = [
+        ("large", 5_000_001),
+        ("given", 3001),
+        ("small", 16),
+        ("image", 301 * 203 * 16),
+        ("mask", 301 * 203),
+    ];
+    assert_eq!(listed.len(), declared.len(), "{listed:?}");
+    // Devices align to tiles and pages, and a stencil may come with depth.
+    for ((name, bytes), (declared_name, declared)) in listed.iter().zip(declared) {
+        assert_eq!(name, declared_name);
+        assert!((declared..declared * 8 + (4 << 20)).contains(bytes), "{listed:?}");
+    }
+    let sum: u64 = listed.iter().map(|(_, bytes)| bytes).sum();
+    assert_eq!(device.memory_bytes(id).expect("told"), sum);
+    assert!(sum >= whole.bytes());
+    // What both plans have is counted in both.
+    let part = device.prepare(&plan(buffers[..1].to_vec(), vec![], vec![])).expect("prepared");
+    assert_eq!(device.resource_bytes(part).expect("listed"), listed[..1]);
+    device.reset();
+    let stale = device.memory_bytes(id);
+    assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+}
+
+fn clears_more_than_32_bits_of_bytes(device: &mut dyn Device) {
+    // 5 GiB that no shader binds. A device of software would take them from the host.
+    let bytes = (5 << 30) + 12;
+    let id = device.info().id.clone();
+    if device.info().kind == "cpu" {
+        eprintln!("{id}: not checked: its memory is the host's");
+        return;
+    }
+    let plan = plan(vec![Buffer::new("vast", bytes)], vec![], vec![Pass::clear("clear", "vast")]);
+    let prepared = match device.prepare(&plan) {
+        Ok(prepared) => prepared,
+        Err(error @ (GpuError::Unsupported(_) | GpuError::OutOfMemory(_))) => {
+            eprintln!("{id}: not checked: {error}");
+            return;
+        }
+        Err(error) => panic!("{error}"),
+    };
+    device.poison(prepared).expect("poisoned");
+    let poisoned = device.read(prepared, "vast").expect("read");
+    assert!(poisoned.len() as u64 == bytes && poisoned.iter().all(|&byte| byte == 0xCD));
+    drop(poisoned);
+    device.run(prepared).expect("ran");
+    let cleared = device.read(prepared, "vast").expect("read");
+    let first = cleared.iter().position(|&byte| byte != 0);
+    assert!(first.is_none(), "byte {first:?} is not cleared");
+    device.reset();
 }
 
 fn moves_more_than_the_staging_holds(device: &mut dyn Device) {

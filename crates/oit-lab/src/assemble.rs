@@ -169,10 +169,9 @@ fn full_screen(shader: Shader, load: Load<[f32; 4]>, mask: Option<DepthStencil>)
     Pass::raster(
         "resolve",
         Raster {
-            shader,
-            draw: Draw::Vertices { count: 3, instances: 1 },
             color: vec![ColorAttachment { target: IMAGE.into(), load, blend: None, write: true }],
             depth_stencil: mask,
+            ..Raster::new(shader, Draw::Vertices { count: 3, instances: 1 })
         },
     )
 }

@@ -6,7 +6,7 @@ use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
 use crate::draw::{capture_pass, count_pass, coverage, pixel_buffer, pool_slots};
-use crate::scan::exclusive_scan;
+use crate::scan::Scan;
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
     fragments_buffer, words_buffer,
@@ -17,26 +17,65 @@ use crate::{
 /// puts the fragments there.
 ///
 /// Buffers: `offsets` (a `u32` a pixel: its count, then where its run starts, and in the end where
-/// it ends, so that a run starts where the one before it ends), `fragments` (a `vec2<u32>` each),
-/// `total` (one `u32`), and the scan's own.
+/// it ends, so that a run starts where the one before it ends; padded to a power of two for
+/// [`Linearized::SWEEP`]), `fragments` (a `vec2<u32>` each), `total` (one `u32`), and the scan's own.
+/// [`Linearized::LOOK_BACK`] counts in a buffer of its own, `counts`.
+///
+/// Beside what is read and written for each fragment (4 bytes to count it and 4 to place it), and in
+/// bytes a pixel: `clear` writes 4 for the counts; `scan` as [`Scan`] says; a resolve reads 4 once
+/// each offset is in a cache.
 ///
 /// In a pool that is too small the runs that fit are whole, one is cut, and those behind it are
 /// empty: `offsets` then say where the runs would be.
 #[derive(Clone, Copy, Debug)]
-pub struct Linearized;
+pub struct Linearized {
+    name: &'static str,
+    summary: &'static str,
+    citation: &'static str,
+    scan: Scan,
+}
+
+const CHAPTER: &str = "Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL \
+                       Insights, 2012, section 20.4";
+
+impl Linearized {
+    /// Prefix sums by blocks.
+    pub const BLOCKS: Self = Self {
+        name: "linearized",
+        summary: "Each pixel's fragments in one run of an array: counted, prefix sums, captured.",
+        citation: CHAPTER,
+        scan: Scan::Blocks,
+    };
+
+    /// Prefix sums as in the chapter: over a table padded to a power of two, a pass a level.
+    pub const SWEEP: Self = Self {
+        name: "linearized_sweep",
+        summary: "linearized with the chapter's prefix sums: padded to a power of two, a pass a level.",
+        citation: CHAPTER,
+        scan: Scan::Sweep,
+    };
+
+    /// Prefix sums in one pass. Refuses views of 2^30 fragments and more.
+    pub const LOOK_BACK: Self = Self {
+        name: "linearized_lookback",
+        summary: "linearized with prefix sums in one pass: decoupled look-back that waits for nobody.",
+        citation: "Merrill and Garland, Single-pass Parallel Prefix Scan with Decoupled Look-back, \
+                   NVIDIA NVR-2016-002; Smith, Levien and Owens, Decoupled Fallback, SPAA 2025",
+        scan: Scan::LookBack,
+    };
+}
 
 impl Capture for Linearized {
     fn name(&self) -> &'static str {
-        "linearized"
+        self.name
     }
 
     fn summary(&self) -> &'static str {
-        "Each pixel's fragments in one run of an array: counted, prefix sums, captured."
+        self.summary
     }
 
     fn citation(&self) -> &'static str {
-        "Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL Insights, 2012, \
-         section 20.4"
+        self.citation
     }
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
@@ -55,18 +94,33 @@ impl Capture for Linearized {
         demand.histogram.total()
     }
 
+    fn refuses(&self, demand: &Demand) -> Option<String> {
+        let (total, limit) = (demand.histogram.total(), self.scan.limit());
+        (total >= limit).then(|| {
+            format!("{total} fragments: the prefix sums of {} hold totals below {limit}", self.name)
+        })
+    }
+
     fn build(&self, request: &CaptureRequest) -> CapturePasses {
         // No device has buffers for a picture that does not fit.
         let pixels = request.width_px.saturating_mul(request.height_px);
-        let (sums, scan) = exclusive_scan("scan", "offsets", pixels, "total");
         let mut buffers = request.geometry.buffers();
+        let counts = if self.scan.in_place() {
+            "offsets"
+        } else {
+            buffers.push(pixel_buffer("counts", request));
+            "counts"
+        };
+        let (sums, scan) = self.scan.exclusive("scan", counts, "offsets", pixels, "total");
+        let offsets = pixel_buffer("offsets", request);
+        let words = self.scan.words(pixels);
         buffers.extend([
-            pixel_buffer("offsets", request),
+            Buffer::new("offsets", offsets.bytes.max(4 * words)),
             Buffer::new("total", 4),
             Buffer::new("fragments", 8 * pool_slots(request.pool_slots)),
         ]);
         buffers.extend(sums);
-        let mut passes = vec![Pass::clear("clear", "offsets"), count_pass(request, "offsets")];
+        let mut passes = vec![Pass::clear("clear", counts), count_pass(request, counts)];
         passes.extend(scan);
         passes.push(capture_pass(request, "linearized", &[include_str!("linearized.wgsl")]));
         CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }

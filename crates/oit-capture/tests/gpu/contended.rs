@@ -27,13 +27,7 @@ fn store(
 ) -> Ran {
     let geometry = &Geometry::new(&Mesh::default(), &UNLIT, &pixel_camera(8, 8), SIZE.0, SIZE.1);
     let request = &CaptureRequest { pool_slots: pool, ..request(geometry, SIZE, histogram) };
-    let passes = capture.build(request);
-    let mut plan = Plan {
-        name: capture.name().into(),
-        buffers: passes.buffers,
-        targets: passes.targets,
-        passes: passes.passes,
-    };
+    let mut plan = capture_plan(capture, request);
     let capturing = plan.passes.last_mut().expect("a pass that captures");
     let Work::Raster(raster) = &capturing.work else { panic!("it draws") };
     let (before, _) = raster.shader.wgsl.split_once("@fragment").expect("a fragment shader");

@@ -1,8 +1,9 @@
 //! Small scenes for the tests.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use oit_capture::{CaptureRequest, Geometry};
+use oit_capture::{Capture, CaptureRequest, Geometry};
 use oit_fragments::DepthHistogram;
+use oit_gpu::Plan;
 use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
 
 pub(crate) const UNLIT: Shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
@@ -140,5 +141,16 @@ pub(crate) fn request<'a>(
         counts: true,
         lists: None,
         mark: None,
+    }
+}
+
+/// The plan of a capture alone.
+pub(crate) fn capture_plan(capture: &dyn Capture, request: &CaptureRequest) -> Plan {
+    let passes = capture.build(request);
+    Plan {
+        name: capture.name().into(),
+        buffers: passes.buffers,
+        targets: passes.targets,
+        passes: passes.passes,
     }
 }

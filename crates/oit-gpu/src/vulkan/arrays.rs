@@ -5,28 +5,20 @@
 //! fragment is read; the papers' GLSL has none. So arrays of this backend hold anything before they
 //! are written, and a shader may not read what it has not written.
 
+use super::words::{HEADER_WORDS, instruction, instructions};
 use std::collections::HashSet;
 
 const OP_TYPE_ARRAY: u32 = 28;
 const OP_CONSTANT_NULL: u32 = 46;
 const OP_VARIABLE: u32 = 59;
 
-/// Words before the first instruction.
-const HEADER_WORDS: usize = 5;
-
 /// The module with no variable of an array type initialized to zero; all else stays.
 pub(super) fn leave_arrays_unset(words: &[u32]) -> Vec<u32> {
     let mut arrays = HashSet::new();
     let mut nulls = HashSet::new();
-    let header = words.len().min(HEADER_WORDS);
-    let mut out = words[..header].to_vec();
-    let mut rest = &words[header..];
-    while let Some(&first) = rest.first() {
-        // An instruction: its length in the upper half of the first word, its opcode in the lower.
-        let length = ((first >> 16) as usize).clamp(1, rest.len());
-        let (instruction, after) = rest.split_at(length);
-        rest = after;
-        match (first & 0xffff, instruction) {
+    let mut out = words[..words.len().min(HEADER_WORDS)].to_vec();
+    for (opcode, words) in instructions(words) {
+        match (opcode, words) {
             (OP_TYPE_ARRAY, [_, id, ..]) => {
                 arrays.insert(*id);
             }
@@ -34,39 +26,24 @@ pub(super) fn leave_arrays_unset(words: &[u32]) -> Vec<u32> {
                 nulls.insert(*id);
             }
             (OP_VARIABLE, [_, pointer, id, class, initializer]) if nulls.contains(initializer) => {
-                out.extend([(4 << 16) | OP_VARIABLE, *pointer, *id, *class]);
+                out.extend(instruction(OP_VARIABLE, &[*pointer, *id, *class]));
                 continue;
             }
             _ => {}
         }
-        out.extend_from_slice(instruction);
+        out.extend_from_slice(words);
     }
     out
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::words::tests::spirv;
     use super::*;
-    use naga::back::spv;
-    use naga::valid::{Capabilities, ValidationFlags, Validator};
-
-    fn spirv(wgsl: &str) -> Vec<u32> {
-        let module = naga::front::wgsl::parse_str(wgsl).expect("it parses");
-        let info = Validator::new(ValidationFlags::all(), Capabilities::all());
-        let info = { info }.validate(&module).expect("it is valid");
-        spv::write_vec(&module, &info, &spv::Options::default(), None).expect("it is written")
-    }
 
     /// Variables with an initializer.
     fn initialized(words: &[u32]) -> usize {
-        let (mut place, mut count) = (HEADER_WORDS, 0);
-        while place < words.len() {
-            let (length, opcode) = (words[place] >> 16, words[place] & 0xffff);
-            count += usize::from(opcode == OP_VARIABLE && length == 5);
-            place += length as usize;
-        }
-        assert_eq!(place, words.len(), "instructions end where the module does");
-        count
+        instructions(words).filter(|&(op, words)| op == OP_VARIABLE && words.len() == 5).count()
     }
 
     #[test]

@@ -50,13 +50,17 @@ pub(super) fn aspect(format: Format) -> vk::ImageAspectFlags {
     }
 }
 
-/// The layout in which a target stays between passes.
+/// The layout in which a target stays between passes. Passes that read it have it in
+/// [`READ_LAYOUT`].
 pub(super) fn layout(format: Format) -> vk::ImageLayout {
     match format.is_color() {
         true => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
         false => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
     }
 }
+
+/// The layout in which shaders read a target.
+pub(super) const READ_LAYOUT: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 pub(super) fn compare(compare: Compare) -> vk::CompareOp {
     match compare {

@@ -28,6 +28,7 @@ impl Gpu {
             .vertex_pipeline_stores_and_atomics(has.vertex_pipeline_stores_and_atomics != 0)
             .full_draw_index_uint32(has.full_draw_index_uint32 != 0)
             .independent_blend(has.independent_blend != 0)
+            .depth_clamp(has.depth_clamp != 0)
             .shader_int64(has.shader_int64 != 0);
         let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
             .shader_buffer_int64_atomics(physical.buffer_int64_atomics)
@@ -210,6 +211,8 @@ pub(super) struct Buffer {
     gpu: Rc<Gpu>,
     pub(super) raw: vk::Buffer,
     memory: vk::DeviceMemory,
+    /// The size of its allocation.
+    pub(super) memory_bytes: u64,
 }
 
 impl Buffer {
@@ -238,11 +241,12 @@ impl Buffer {
         let raw = unsafe { gpu.device.create_buffer(&create, None) }
             .map_err(|error| failure(&format!("creating {what}"), error))?;
         let memory = vk::DeviceMemory::null();
-        let mut buffer = Self { gpu: gpu.clone(), raw, memory };
+        let mut buffer = Self { gpu: gpu.clone(), raw, memory, memory_bytes: 0 };
         // SAFETY: the buffer is new and unbound, and the memory as it requires.
         unsafe {
             let needs = gpu.device.get_buffer_memory_requirements(raw);
             buffer.memory = gpu.allocate(what, needs, preferences)?;
+            buffer.memory_bytes = needs.size;
             gpu.device
                 .bind_buffer_memory(raw, buffer.memory, 0)
                 .map_err(|error| failure(&format!("binding the memory of {what}"), error))?;
@@ -267,6 +271,8 @@ pub(super) struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     memory: vk::DeviceMemory,
+    /// The size of its allocation.
+    pub(super) memory_bytes: u64,
     pub(super) format: vk::Format,
 }
 
@@ -275,7 +281,8 @@ impl Image {
         let what = format!("target {:?}", target.name);
         let format = formats::format(target.format, gpu.physical.stencil_format);
         let usage = match target.format.is_color() {
-            true => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            // Every device samples the formats of colour: Vulkan requires it.
+            true => vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
             false => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         };
         let create = vk::ImageCreateInfo::default()
@@ -291,7 +298,7 @@ impl Image {
         let raw = unsafe { gpu.device.create_image(&create, None) }
             .map_err(|error| failure(&format!("creating {what}"), error))?;
         let (view, memory) = (vk::ImageView::null(), vk::DeviceMemory::null());
-        let mut image = Self { gpu: gpu.clone(), raw, view, memory, format };
+        let mut image = Self { gpu: gpu.clone(), raw, view, memory, memory_bytes: 0, format };
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(formats::aspects(format))
             .level_count(1)
@@ -306,6 +313,7 @@ impl Image {
             let needs = gpu.device.get_image_memory_requirements(raw);
             let local = [vk::MemoryPropertyFlags::DEVICE_LOCAL];
             image.memory = gpu.allocate(&what, needs, &local)?;
+            image.memory_bytes = needs.size;
             gpu.device
                 .bind_image_memory(raw, image.memory, 0)
                 .map_err(|error| failure(&format!("binding the memory of {what}"), error))?;

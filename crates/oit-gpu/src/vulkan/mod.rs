@@ -11,6 +11,8 @@ mod instance;
 mod physical;
 mod pipeline;
 mod prepared;
+mod sample_mask;
+mod words;
 
 use crate::device::{POISON, no_resource, not_prepared};
 use crate::pipeline_key::PipelineKey;
@@ -212,6 +214,14 @@ impl Device for Vulkan {
             Some((target, image)) => staging.download_image(image, target),
             None => Err(no_resource(&prepared.plan, resource)),
         }
+    }
+
+    fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError> {
+        let Prepared { buffers, targets, .. } = self.plan(plan)?;
+        let buffers = buffers.iter().map(|named| (named.name.clone(), named.buffer.memory_bytes));
+        let targets =
+            targets.iter().map(|(target, image)| (target.name.clone(), image.memory_bytes));
+        Ok(buffers.chain(targets).collect())
     }
 
     fn reset(&mut self) {

@@ -2,8 +2,8 @@
 
 use super::instance::{Instance, version_text};
 use super::{failure, formats};
+use crate::features::Features;
 use crate::limits::Limits;
-use crate::reflect::{CAPABILITIES, SUBGROUP_STAGES};
 use crate::timing::Clock;
 use crate::{Format, GpuError};
 use ash::{ext, khr, vk};
@@ -109,12 +109,13 @@ impl Physical {
                 format_features(format).contains(attachment)
             })
             .unwrap_or(vk::Format::S8_UINT);
-        let limits = limits(&properties.limits, &features, &f12, &p11, &p13, |format| {
+        let limits = limits(&name, &properties.limits, &features, &f12, &p11, &p13, |format| {
             format_features(formats::format(format, stencil_format))
         });
         let has_executable_properties =
             extensions.contains(khr::pipeline_executable_properties::NAME);
-        let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some());
+        let blends = limits.blendable.contains(&Format::R32Float);
+        let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
         let device_heaps = memory.memory_heaps_as_slice().iter();
         let memory_bytes = device_heaps
             .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
@@ -172,6 +173,7 @@ fn kind(device_type: vk::PhysicalDeviceType) -> &'static str {
 }
 
 fn limits(
+    device: &str,
     limits: &vk::PhysicalDeviceLimits,
     features: &vk::PhysicalDeviceFeatures,
     f12: &vk::PhysicalDeviceVulkan12Features<'_>,
@@ -205,17 +207,19 @@ fn limits(
     ] {
         subgroup_operations.set(operations, p11.subgroup_supported_operations.contains(feature));
     }
-    let mut capabilities = CAPABILITIES;
+    let mut capabilities = Features::ALL.capabilities;
     capabilities.set(Capabilities::SHADER_INT64, features.shader_int64 != 0);
     let atomics =
         Capabilities::SHADER_INT64_ATOMIC_MIN_MAX | Capabilities::SHADER_INT64_ATOMIC_ALL_OPS;
     capabilities.set(atomics, f12.shader_buffer_int64_atomics != 0 && features.shader_int64 != 0);
     Limits {
+        device: device.to_owned(),
         buffer_bytes: p13.max_buffer_size.min(p11.max_memory_allocation_size),
         storage_binding_bytes: u64::from(limits.max_storage_buffer_range),
         uniform_binding_bytes: u64::from(limits.max_uniform_buffer_range),
         storage_bindings_per_stage: limits.max_per_stage_descriptor_storage_buffers,
         uniform_bindings_per_stage: limits.max_per_stage_descriptor_uniform_buffers,
+        textures_per_stage: limits.max_per_stage_descriptor_sampled_images,
         groups: limits.max_bound_descriptor_sets,
         workgroups: limits.max_compute_work_group_count,
         workgroup_size: limits.max_compute_work_group_size,
@@ -235,9 +239,8 @@ fn limits(
         blendable: formats::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: features.fragment_stores_and_atomics != 0,
         vertex_writes: features.vertex_pipeline_stores_and_atomics != 0,
-        capabilities,
-        subgroup_stages: subgroup_stages & SUBGROUP_STAGES,
-        subgroup_operations,
+        unclipped: features.depth_clamp != 0,
+        features: Features { capabilities, subgroup_stages, subgroup_operations },
     }
 }
 
@@ -248,14 +251,17 @@ fn unsupported(
     f12: &vk::PhysicalDeviceVulkan12Features<'_>,
     p11: &vk::PhysicalDeviceVulkan11Properties<'_>,
     has_timestamps: bool,
+    has_float32_blending: bool,
 ) -> Vec<Unsupported> {
-    let subgroups = p11.subgroup_supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-        && p11.subgroup_supported_operations.contains(
-            vk::SubgroupFeatureFlags::BASIC
-                | vk::SubgroupFeatureFlags::BALLOT
-                | vk::SubgroupFeatureFlags::SHUFFLE
-                | vk::SubgroupFeatureFlags::ARITHMETIC,
-        );
+    let subgroups = |stage| {
+        p11.subgroup_supported_stages.contains(stage)
+            && p11.subgroup_supported_operations.contains(
+                vk::SubgroupFeatureFlags::BASIC
+                    | vk::SubgroupFeatureFlags::BALLOT
+                    | vk::SubgroupFeatureFlags::SHUFFLE
+                    | vk::SubgroupFeatureFlags::ARITHMETIC,
+            )
+    };
     let int64_atomics = features.shader_int64 != 0 && f12.shader_buffer_int64_atomics != 0;
     let no_feature = |name: &str| format!("the driver lacks the feature {name}");
     let extension = |feature, name: &CStr| {
@@ -271,9 +277,20 @@ fn unsupported(
         ),
         (
             "subgroups in compute",
-            subgroups,
+            subgroups(vk::ShaderStageFlags::COMPUTE),
             "the driver lacks ballot, shuffle or arithmetic in compute shaders".to_owned(),
         ),
+        (
+            "subgroups in fragment",
+            subgroups(vk::ShaderStageFlags::FRAGMENT),
+            "the driver lacks ballot, shuffle or arithmetic in fragment shaders".to_owned(),
+        ),
+        (
+            "32-bit float blending",
+            has_float32_blending,
+            "the driver cannot blend into R32_SFLOAT".to_owned(),
+        ),
+        ("unclipped depth", features.depth_clamp != 0, no_feature("depthClamp")),
         ("geometry shader", features.geometry_shader != 0, no_feature("geometryShader")),
         (
             "tessellation shader",

@@ -2,7 +2,7 @@
 
 use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
-use super::{failure, formats};
+use super::{failure, formats, sample_mask};
 use crate::GpuError;
 use crate::cache_file::CacheFile;
 use crate::pipeline_key::{PipelineKey, RasterKey};
@@ -140,6 +140,7 @@ impl Pipelines {
             .polygon_mode(vk::PolygonMode::FILL)
             .cull_mode(vk::CullModeFlags::NONE)
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .depth_clamp_enable(key.unclipped)
             .line_width(1.0);
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
             .rasterization_samples(vk::SampleCountFlags::TYPE_1);
@@ -262,11 +263,12 @@ impl Drop for Pipeline {
     }
 }
 
-/// The kind of descriptor that a buffer so declared has.
+/// The kind of descriptor that a buffer or target so declared has.
 pub(super) fn descriptor_type(access: Access) -> vk::DescriptorType {
     match access {
         Access::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
         Access::Read | Access::ReadWrite => vk::DescriptorType::STORAGE_BUFFER,
+        Access::Texture => vk::DescriptorType::SAMPLED_IMAGE,
     }
 }
 
@@ -325,5 +327,5 @@ fn spirv(
     };
     let pipeline = spv::PipelineOptions { shader_stage, entry_point: entry_point.to_owned() };
     let words = spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))?;
-    Ok(leave_arrays_unset(&words))
+    Ok(sample_mask::as_array(&leave_arrays_unset(&words)))
 }

@@ -4,7 +4,7 @@ use super::gpu::{Buffer, Gpu, Image};
 use super::pipeline::{Pipeline, descriptor_type};
 use super::{failure, formats};
 use crate::device::no_resource;
-use crate::reflect::{Kind, Reflection};
+use crate::reflect::{Access, Kind, Reflection};
 use crate::timing::Stages;
 use crate::{Contents, Dispatch, Draw, GpuError, Load, Pass, Plan, Raster, Target, Timing, Work};
 use ash::vk;
@@ -71,7 +71,7 @@ impl Prepared {
                 .map_err(|error| failure("creating timestamps", error))?;
         }
         prepared.commands = gpu.begin(vk::CommandBufferUsageFlags::empty())?;
-        prepared.record(plan, &sets);
+        prepared.record(plan, reflections, &sets);
         // SAFETY: the command buffer is being recorded.
         unsafe { gpu.device.end_command_buffer(prepared.commands) }
             .map_err(|error| failure("recording the plan", error))?;
@@ -95,6 +95,11 @@ impl Prepared {
         named.map(|named| &*named.buffer).ok_or_else(|| no_resource(&self.plan, name))
     }
 
+    fn image(&self, name: &str) -> Result<&Image, GpuError> {
+        let named = self.targets.iter().find(|(target, _)| target.name == name);
+        named.map(|(_, image)| &**image).ok_or_else(|| no_resource(&self.plan, name))
+    }
+
     /// The descriptor sets of every pass.
     fn descriptors(
         &mut self,
@@ -108,8 +113,12 @@ impl Prepared {
         }
         let bindings: u32 =
             reflections.iter().flatten().map(|reflection| reflection.bindings.len() as u32).sum();
-        let sizes = [vk::DescriptorType::UNIFORM_BUFFER, vk::DescriptorType::STORAGE_BUFFER]
-            .map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: bindings.max(1) });
+        let sizes = [
+            vk::DescriptorType::UNIFORM_BUFFER,
+            vk::DescriptorType::STORAGE_BUFFER,
+            vk::DescriptorType::SAMPLED_IMAGE,
+        ]
+        .map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: bindings.max(1) });
         let create = vk::DescriptorPoolCreateInfo::default().max_sets(set_count).pool_sizes(&sizes);
         // SAFETY: the device is alive.
         self.descriptors = unsafe { self.gpu.device.create_descriptor_pool(&create, None) }
@@ -128,30 +137,40 @@ impl Prepared {
             // SAFETY: the pool and the layouts are alive, and the pool was made large enough.
             sets[index] = unsafe { self.gpu.device.allocate_descriptor_sets(&allocate) }
                 .map_err(|error| failure("allocating descriptors", error))?;
-            let kind = match pass.work {
-                Work::Raster(_) => Kind::Raster,
-                _ => Kind::Compute,
-            };
-            for binding in reflection.bindings_of(kind) {
-                let buffer = self.buffer(&binding.name)?;
-                let info = [vk::DescriptorBufferInfo {
-                    buffer: buffer.raw,
-                    offset: 0,
-                    range: vk::WHOLE_SIZE,
-                }];
+            for binding in reflection.bindings_of(Kind::of(&pass.work)) {
                 let write = vk::WriteDescriptorSet::default()
                     .dst_set(sets[index][binding.group as usize])
                     .dst_binding(binding.binding)
-                    .descriptor_type(descriptor_type(binding.access))
-                    .buffer_info(&info);
-                // SAFETY: the set has this binding, and the buffer lives as long as the set.
+                    .descriptor_type(descriptor_type(binding.access));
+                // What is written points to one of these.
+                let (buffers, images);
+                let write = match binding.access {
+                    Access::Texture => {
+                        images = [vk::DescriptorImageInfo::default()
+                            .image_view(self.image(&binding.name)?.view)
+                            .image_layout(formats::READ_LAYOUT)];
+                        write.image_info(&images)
+                    }
+                    _ => {
+                        buffers = [vk::DescriptorBufferInfo::default()
+                            .buffer(self.buffer(&binding.name)?.raw)
+                            .range(vk::WHOLE_SIZE)];
+                        write.buffer_info(&buffers)
+                    }
+                };
+                // SAFETY: the set has this binding, and what it names lives as long as the set.
                 unsafe { self.gpu.device.update_descriptor_sets(&[write], &[]) };
             }
         }
         Ok(sets)
     }
 
-    fn record(&self, plan: &Plan, sets: &[Vec<vk::DescriptorSet>]) {
+    fn record(
+        &self,
+        plan: &Plan,
+        reflections: &[Option<Arc<Reflection>>],
+        sets: &[Vec<vk::DescriptorSet>],
+    ) {
         let device = &self.gpu.device;
         let commands = self.commands;
         let stamp = |query| {
@@ -170,11 +189,34 @@ impl Prepared {
         stamp(0);
         for (run, passes) in self.stages.runs.iter().enumerate() {
             for index in passes.clone() {
-                self.record_pass(&plan.passes[index], index, &sets[index]);
+                let pass = &plan.passes[index];
+                let read = self.read_by(pass, reflections[index].as_deref());
+                for (layout, image) in &read {
+                    self.gpu.transition(commands, image, *layout, formats::READ_LAYOUT);
+                }
+                self.record_pass(pass, index, &sets[index]);
                 self.gpu.barrier(commands);
+                for (layout, image) in &read {
+                    self.gpu.transition(commands, image, formats::READ_LAYOUT, *layout);
+                }
             }
             stamp(run as u32 + 1);
         }
+    }
+
+    /// The targets that a pass's shader reads, and the layouts in which they stay between passes.
+    fn read_by(
+        &self,
+        pass: &Pass,
+        reflection: Option<&Reflection>,
+    ) -> Vec<(vk::ImageLayout, &Image)> {
+        let bindings = reflection.into_iter().flat_map(|r| r.bindings_of(Kind::of(&pass.work)));
+        let named = |name: &str| self.targets.iter().find(|(target, _)| target.name == name);
+        bindings
+            .filter(|binding| binding.access == Access::Texture)
+            .filter_map(|binding| named(&binding.name))
+            .map(|(target, image)| (formats::layout(target.format), &**image))
+            .collect()
     }
 
     fn record_pass(&self, pass: &Pass, index: usize, sets: &[vk::DescriptorSet]) {

@@ -1,8 +1,8 @@
 //! A wgpu adapter: what it is, what it can do, and what of that the backend enables.
 
 use super::{block_on, formats};
+use crate::features::Features as ShaderFeatures;
 use crate::limits::Limits;
-use crate::reflect::{CAPABILITIES, SUBGROUP_STAGES};
 use crate::{Format, GpuError};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use oit_record::{DeviceInfo, Unsupported};
@@ -18,6 +18,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::SHADER_INT64_ATOMIC_MIN_MAX)
     .union(Features::SHADER_INT64_ATOMIC_ALL_OPS)
     .union(Features::FLOAT32_BLENDABLE)
+    .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
     .union(Features::PIPELINE_CACHE);
 
@@ -119,7 +120,7 @@ fn limits(
         offered(*format).flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE)
             && (!float32 || features.contains(Features::FLOAT32_BLENDABLE))
     };
-    let mut capabilities = CAPABILITIES;
+    let mut capabilities = ShaderFeatures::ALL.capabilities;
     for (capability, feature) in [
         (Capabilities::SUBGROUP, Features::SUBGROUP),
         (Capabilities::SUBGROUP_BARRIER, Features::SUBGROUP_BARRIER),
@@ -136,11 +137,13 @@ fn limits(
     );
     let has_subgroups = features.contains(Features::SUBGROUP);
     Limits {
+        device: adapter.get_info().name,
         buffer_bytes: limits.max_buffer_size,
         storage_binding_bytes: limits.max_storage_buffer_binding_size,
         uniform_binding_bytes: limits.max_uniform_buffer_binding_size,
         storage_bindings_per_stage: limits.max_storage_buffers_per_shader_stage,
         uniform_bindings_per_stage: limits.max_uniform_buffers_per_shader_stage,
+        textures_per_stage: limits.max_sampled_textures_per_shader_stage,
         groups: limits.max_bind_groups,
         workgroups: [limits.max_compute_workgroups_per_dimension; 3],
         workgroup_size: [
@@ -156,12 +159,15 @@ fn limits(
         blendable: formats::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
         vertex_writes: features.contains(Features::VERTEX_WRITABLE_STORAGE),
-        capabilities,
+        unclipped: features.contains(Features::DEPTH_CLIP_CONTROL),
         // wgpu offers subgroups in both stages and all operations, or none.
-        subgroup_stages: if has_subgroups { SUBGROUP_STAGES } else { ShaderStages::empty() },
-        subgroup_operations: match has_subgroups {
-            true => SubgroupOperationSet::all(),
-            false => SubgroupOperationSet::empty(),
+        features: match has_subgroups {
+            true => ShaderFeatures { capabilities, ..ShaderFeatures::ALL },
+            false => ShaderFeatures {
+                capabilities,
+                subgroup_stages: ShaderStages::empty(),
+                subgroup_operations: SubgroupOperationSet::empty(),
+            },
         },
     }
 }
@@ -182,6 +188,9 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
             "the adapter lacks FRAGMENT_WRITABLE_STORAGE".to_owned(),
         ),
         feature("subgroups in compute", Features::SUBGROUP),
+        feature("subgroups in fragment", Features::SUBGROUP),
+        feature("32-bit float blending", Features::FLOAT32_BLENDABLE),
+        feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
         never("geometry shader"),
         never("tessellation shader"),
         never("fragment shader interlock"),

@@ -216,6 +216,7 @@ impl Wgpu {
         if let Some(known) = self.resources.targets.get(&key) {
             return Ok(known.clone());
         }
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let new = self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d {
@@ -227,7 +228,10 @@ impl Wgpu {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: formats::format(target.format),
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            usage: match target.format.is_color() {
+                true => usage | wgpu::TextureUsages::TEXTURE_BINDING,
+                false => usage,
+            },
             view_formats: &[],
         });
         self.outcome()?;
@@ -374,6 +378,18 @@ impl Device for Wgpu {
         self.map(&readable, readable.size(), |bytes| {
             bytes.chunks(padded_bytes as usize).flat_map(|row| &row[..row_bytes]).copied().collect()
         })
+    }
+
+    fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError> {
+        let prepared = self.plan(plan)?;
+        // wgpu adds a byte to what may hold vertices, so that an empty end of it can be bound, and
+        // rounds up.
+        let rounded = |bytes: u64| (bytes + 1).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let buffers = prepared.plan.buffers.iter().zip(&prepared.buffers);
+        let buffers = buffers.map(|(buffer, raw)| (buffer.name.clone(), rounded(raw.size())));
+        let targets = prepared.plan.targets.iter();
+        let targets = targets.map(|target| (target.name.clone(), target.bytes()));
+        Ok(buffers.chain(targets).collect())
     }
 
     fn reset(&mut self) {

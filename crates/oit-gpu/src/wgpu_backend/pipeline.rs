@@ -3,6 +3,7 @@
 use super::formats;
 use crate::Shader;
 use crate::cache_file::CacheFile;
+use crate::directives::hoisted;
 use crate::pipeline_key::{PipelineKey, RasterKey};
 use crate::reflect::{Access, Kind, Reflection};
 use std::collections::HashMap;
@@ -77,7 +78,7 @@ impl Pipelines {
     ) -> Pipeline {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(&shader.label),
-            source: wgpu::ShaderSource::Wgsl(shader.wgsl.as_ref().into()),
+            source: wgpu::ShaderSource::Wgsl(hoisted(&shader.wgsl)),
         };
         // SAFETY: the shaders are the project's own and end; the vulkan backend runs them without
         // checks too, so that both time the same work.
@@ -137,21 +138,25 @@ fn group_layouts(
                     visibility.set(ShaderStages::VERTEX, binding.vertex);
                     visibility.set(ShaderStages::FRAGMENT, binding.fragment);
                 }
-                let ty = match binding.access {
-                    Access::Uniform => wgpu::BufferBindingType::Uniform,
-                    Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
-                    Access::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+                let buffer = |ty| wgpu::BindingType::Buffer {
+                    ty,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
                 };
-                wgpu::BindGroupLayoutEntry {
-                    binding: binding.binding,
-                    visibility,
-                    ty: wgpu::BindingType::Buffer {
-                        ty,
-                        has_dynamic_offset: false,
-                        min_binding_size: None,
+                let ty = match binding.access {
+                    Access::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+                    Access::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+                    Access::ReadWrite => {
+                        buffer(wgpu::BufferBindingType::Storage { read_only: false })
+                    }
+                    // Without a sampler nothing is filtered, and 32-bit floats could not be.
+                    Access::Texture => wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
                     },
-                    count: None,
-                }
+                };
+                wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
             })
             .collect();
         let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
@@ -237,7 +242,10 @@ fn raster(
             compilation_options: options(),
             buffers: &buffers,
         },
-        primitive: wgpu::PrimitiveState::default(),
+        primitive: wgpu::PrimitiveState {
+            unclipped_depth: key.unclipped,
+            ..wgpu::PrimitiveState::default()
+        },
         // A plan's format has either depth or stencil.
         depth_stencil: depth.or(stencil),
         multisample: wgpu::MultisampleState::default(),

@@ -2,7 +2,7 @@
 
 use super::formats;
 use super::pipeline::{Pipeline, Raw};
-use crate::reflect::{Kind, Reflection};
+use crate::reflect::{Access, Kind, Reflection};
 use crate::timing::Stages;
 use crate::{Contents, Dispatch, Draw, Load, Pass, Plan, Raster, Target, Work};
 use std::rc::Rc;
@@ -116,15 +116,17 @@ impl Prepared {
         reflection: &Reflection,
         pass: &Pass,
     ) -> Vec<(u32, wgpu::BindGroup)> {
-        let kind = match pass.work {
-            Work::Raster(_) => Kind::Raster,
-            _ => Kind::Compute,
-        };
+        let kind = Kind::of(&pass.work);
         let group = |(index, layout): (u32, &Option<wgpu::BindGroupLayout>)| {
             let bindings = reflection.bindings_of(kind).filter(|binding| binding.group == index);
             let entries: Vec<_> = bindings
                 .filter_map(|binding| {
-                    let resource = self.buffer(&binding.name)?.as_entire_binding();
+                    let resource = match binding.access {
+                        Access::Texture => {
+                            wgpu::BindingResource::TextureView(self.view(&binding.name)?)
+                        }
+                        _ => self.buffer(&binding.name)?.as_entire_binding(),
+                    };
                     Some(wgpu::BindGroupEntry { binding: binding.binding, resource })
                 })
                 .collect();
