@@ -15,13 +15,14 @@ pub use linked_pages::LinkedPages;
 
 /// Every capture method.
 pub const CAPTURES: &[&dyn Capture] = &[
-    &LinkedList,
+    &LinkedList::EACH,
     &Linearized::BLOCKS,
     &Linearized::SWEEP,
     &Linearized::LOOK_BACK,
     &Array3d,
     &LinkedPages::new(4),
     &LinkedPages::new(6),
+    &LinkedList::SUBGROUPS,
 ];
 
 /// A name that no capture method has, with the nearest ones.
