@@ -14,15 +14,17 @@ pub use linked_list::LinkedList;
 pub use linked_pages::LinkedPages;
 
 /// Every capture method.
+#[rustfmt::skip]
 pub const CAPTURES: &[&dyn Capture] = &[
     &LinkedList::EACH,
     &Linearized::BLOCKS,
     &Linearized::SWEEP,
     &Linearized::LOOK_BACK,
-    &Array3d,
+    &Linearized::BLEND,
+    &LinkedList::SUBGROUPS,
     &LinkedPages::new(4),
     &LinkedPages::new(6),
-    &LinkedList::SUBGROUPS,
+    &Array3d,
 ];
 
 /// A name that no capture method has, with the nearest ones.

@@ -2,14 +2,20 @@
 
 use oit_fragments::DepthHistogram;
 use oit_gpu::{
-    Buffer, ColorAttachment, DepthStencil, Format, Load, Pass, Plan, Raster, Shader, Target,
+    Blend, Buffer, ColorAttachment, DepthStencil, Format, Load, Pass, Plan, Raster, Shader, Target,
 };
 
+use crate::scan::workgroups;
 use crate::{CaptureRequest, Geometry};
 
 const FRAME: &str = include_str!("wgsl/frame.wgsl");
 const SCENE: &str = include_str!("wgsl/scene.wgsl");
 const COUNT: &str = include_str!("wgsl/count.wgsl");
+const COUNT_BY_BLENDING: &str = include_str!("wgsl/count_by_blending.wgsl");
+const COPY_COUNTED: &str = include_str!("wgsl/copy_counted.wgsl");
+
+/// The target that fragments are counted in by blending; `copy_counted.wgsl` names it too.
+const COUNTED: &str = "counted";
 
 /// The target of passes that only write buffers: one byte a pixel, never written.
 const COVERAGE: &str = "coverage";
@@ -63,6 +69,44 @@ pub(crate) fn count_pass(request: &CaptureRequest, counts: &str) -> Pass {
     let wgsl = [FRAME, &COUNT.replace("COUNTS", counts)].concat();
     let shader = Shader::new(format!("count: fragments into {counts}"), wgsl);
     pass("count", shader, request.geometry.draw_positions(), None)
+}
+
+/// Draws positions alone and adds 1 for each fragment to its pixel of a target of [`counted`], which
+/// is cleared first. Floats are whole numbers up to [`MOST_BLENDED`].
+pub(crate) fn count_by_blending(request: &CaptureRequest) -> Pass {
+    let wgsl = [FRAME, COUNT_BY_BLENDING].concat();
+    let shader = Shader::new(format!("count: fragments into {COUNTED} by blending"), wgsl);
+    let color = ColorAttachment {
+        target: COUNTED.into(),
+        load: Load::Clear([0.0; 4]),
+        blend: Some(Blend::Add),
+        write: true,
+    };
+    let draw = request.geometry.draw_positions();
+    Pass::raster("count", Raster { color: vec![color], ..Raster::new(shader, draw) })
+}
+
+/// The target of counts: a 32-bit float a pixel.
+pub(crate) fn counted(request: &CaptureRequest) -> Target {
+    Target { name: COUNTED.into(), format: Format::R32Float, ..coverage(request) }
+}
+
+/// The most fragments of a pixel that blending counts: to a larger float 1 is added in vain.
+pub(crate) const MOST_BLENDED: u32 = 1 << 24;
+
+/// Copies the target of counts to the first words of a buffer and fills the rest of its `words` with
+/// zero.
+pub(crate) fn copy_counted(request: &CaptureRequest, counts: &str, words: u64) -> Pass {
+    let (width, height) = (request.width_px, request.height_px);
+    // No device has buffers for a picture that does not fit.
+    let words = u32::try_from(words).unwrap_or(u32::MAX);
+    let (row, dispatch) = workgroups(words.div_ceil(256));
+    let constants = format!(
+        "const WIDTH = {width}u;\nconst PIXELS = {}u;\nconst WORDS = {words}u;\nconst ROW = {row}u;\n\n",
+        width.saturating_mul(height)
+    );
+    let wgsl = constants + &COPY_COUNTED.replace("COUNTS", counts);
+    Pass::compute("count", Shader::new(format!("count: {COUNTED} to {counts}"), wgsl), dispatch)
 }
 
 /// Draws the scene; `fs` is the WGSL of the fragment stage and the buffers it fills.

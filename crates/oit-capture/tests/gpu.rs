@@ -116,14 +116,14 @@ fn run(device: &mut dyn Device, capture: &dyn Capture, view: &View, pool_slots: 
     let pixels = view.size.0 * view.size.1;
     let wgsl = format!(
         "{}
-        @group(0) @binding(16) var<storage, read_write> counted: array<u32>;
+        @group(0) @binding(16) var<storage, read_write> pixel_counts: array<u32>;
         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
             let pixel = id.y * 32768u * 64u + id.x;
-            if (pixel < {pixels}u) {{ counted[pixel] = pixel_count(pixel); }}
+            if (pixel < {pixels}u) {{ pixel_counts[pixel] = pixel_count(pixel); }}
         }}",
         capture.count_wgsl()
     );
-    plan.buffers.push(oit_gpu::Buffer::new("counted", 4 * u64::from(pixels)));
+    plan.buffers.push(oit_gpu::Buffer::new("pixel_counts", 4 * u64::from(pixels)));
     let groups = pixels.div_ceil(64);
     let dispatch = oit_gpu::Dispatch::Workgroups([groups.min(32768), groups.div_ceil(32768), 1]);
     let shader = oit_gpu::Shader::new("copy counts", wgsl);
@@ -134,7 +134,7 @@ fn run(device: &mut dyn Device, capture: &dyn Capture, view: &View, pool_slots: 
     device.poison(id).expect("fills");
     device.run(id).expect("runs");
     device.run(id).expect("runs");
-    let counted = words(&device.read(id, "counted").expect("reads"));
+    let counted = words(&device.read(id, "pixel_counts").expect("reads"));
     let mut read = |name: &str| device.read(id, name);
     let mut reader = LfbReader {
         width_px: request.width_px,

@@ -65,6 +65,7 @@ fn stages_are_those_of_the_chapter() {
         ("array3d", &["clear", "capture"]),
         ("linked_pages4", &["clear", "capture"]),
         ("linked_pages6", &["clear", "capture"]),
+        ("linearized_blend", &["count", "scan", "capture"]),
         ("count", &["clear", "count"]),
     ];
     let plans = plans(&request);

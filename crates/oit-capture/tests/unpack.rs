@@ -250,6 +250,8 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
     assert_eq!(refuses(&Linearized::LOOK_BACK, &below), None);
     assert_eq!(refuses(&Linearized::BLOCKS, &full), None);
     assert!(refuses(&Linearized::BLOCKS, &vec![1 << 24; 256]).is_some());
+    assert_eq!(refuses(&Linearized::BLEND, &[1 << 24]), None);
+    assert!(refuses(&Linearized::BLEND, &[(1 << 24) + 1]).is_some());
     for capture in CAPTURES {
         assert_eq!(refuses(*capture, &[0, 1, 500, 7]), None, "{}", capture.name());
     }

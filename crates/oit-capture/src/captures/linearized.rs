@@ -5,7 +5,10 @@ use std::borrow::Cow;
 use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
-use crate::draw::{capture_pass, count_pass, coverage, pixel_buffer, pool_slots};
+use crate::draw::{
+    MOST_BLENDED, capture_pass, copy_counted, count_by_blending, count_pass, counted, coverage,
+    pixel_buffer, pool_slots,
+};
 use crate::scan::Scan;
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
@@ -23,7 +26,8 @@ use crate::{
 ///
 /// Beside what is read and written for each fragment (4 bytes to count it and 4 to place it), and in
 /// bytes a pixel: `clear` writes 4 for the counts; `scan` as [`Scan`] says; a resolve reads 4 once
-/// each offset is in a cache.
+/// each offset is in a cache. Blending has no `clear`: `count` clears the target (4 written), and
+/// copies it (4 read, 4 written).
 ///
 /// In a pool that is too small the runs that fit are whole, one is cut, and those behind it are
 /// empty: `offsets` then say where the runs would be.
@@ -33,6 +37,16 @@ pub struct Linearized {
     summary: &'static str,
     citation: &'static str,
     scan: Scan,
+    counting: Counting,
+}
+
+/// How fragments are counted (LFB chapter, section 20.4.1).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Counting {
+    /// An atomic increment a fragment.
+    Atomics,
+    /// 1 is blended into a target of floats, and the target copied to the table.
+    Blending,
 }
 
 const CHAPTER: &str = "Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL \
@@ -45,6 +59,7 @@ impl Linearized {
         summary: "Each pixel's fragments in one run of an array: counted, prefix sums, captured.",
         citation: CHAPTER,
         scan: Scan::Blocks,
+        counting: Counting::Atomics,
     };
 
     /// Prefix sums as in the chapter: over a table padded to a power of two, a pass a level.
@@ -53,6 +68,7 @@ impl Linearized {
         summary: "linearized with the chapter's prefix sums: padded to a power of two, a pass a level.",
         citation: CHAPTER,
         scan: Scan::Sweep,
+        counting: Counting::Atomics,
     };
 
     /// Prefix sums in one pass. Refuses views of 2^30 fragments and more.
@@ -62,6 +78,18 @@ impl Linearized {
         citation: "Merrill and Garland, Single-pass Parallel Prefix Scan with Decoupled Look-back, \
                    NVIDIA NVR-2016-002; Smith, Levien and Owens, Decoupled Fallback, SPAA 2025",
         scan: Scan::LookBack,
+        counting: Counting::Atomics,
+    };
+
+    /// Counts by additive blending. Needs a device that blends 32-bit floats, and refuses views with
+    /// more than 2^24 fragments on a pixel.
+    pub const BLEND: Self = Self {
+        name: "linearized_blend",
+        summary: "linearized with fragments counted by additive blending, and the counts copied.",
+        citation: "Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL Insights, \
+                   2012, section 20.4.1",
+        scan: Scan::Blocks,
+        counting: Counting::Blending,
     };
 }
 
@@ -96,6 +124,10 @@ impl Capture for Linearized {
 
     fn refuses(&self, demand: &Demand) -> Option<String> {
         let (total, limit) = (demand.histogram.total(), self.scan.limit());
+        let peak = demand.histogram.peak();
+        if self.counting == Counting::Blending && peak > MOST_BLENDED {
+            return Some(format!("{peak} fragments on a pixel: blending counts {MOST_BLENDED}"));
+        }
         (total >= limit).then(|| {
             format!("{total} fragments: the prefix sums of {} hold totals below {limit}", self.name)
         })
@@ -120,10 +152,20 @@ impl Capture for Linearized {
             Buffer::new("fragments", 8 * pool_slots(request.pool_slots)),
         ]);
         buffers.extend(sums);
-        let mut passes = vec![Pass::clear("clear", counts), count_pass(request, counts)];
+        let (mut targets, mut passes) = (vec![coverage(request)], Vec::new());
+        match self.counting {
+            Counting::Atomics => {
+                passes.extend([Pass::clear("clear", counts), count_pass(request, counts)]);
+            }
+            Counting::Blending => {
+                targets.push(counted(request));
+                let copy = copy_counted(request, counts, words);
+                passes.extend([count_by_blending(request), copy]);
+            }
+        }
         passes.extend(scan);
         passes.push(capture_pass(request, "linearized", &[include_str!("linearized.wgsl")]));
-        CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }
+        CapturePasses { buffers, targets, passes, lists_at: None }
     }
 
     fn usage(&self, read: &mut LfbReader) -> Result<Usage, CaptureError> {
