@@ -49,6 +49,13 @@ pub trait Capture: Sync {
         None
     }
 
+    /// Whether a pool that is too small keeps each pixel's nearest fragments, in their total order
+    /// and no more than a cap for every pixel, rather than those that came first: then two runs
+    /// keep the same, and [`Capture::count_wgsl`] counts what is kept.
+    fn keeps_nearest(&self) -> bool {
+        false
+    }
+
     /// The passes that fill the buffer, and what they need.
     fn build(&self, request: &CaptureRequest) -> CapturePasses;
 

@@ -1,15 +1,20 @@
 //! The capture methods, one file each.
 
 mod array3d;
+mod array3d_nearest;
 mod linearized;
+mod linearized_nearest;
 mod linked_list;
 mod linked_pages;
+mod nearest;
 
 use oit_scene::Problem;
 
 use crate::Capture;
 pub use array3d::Array3d;
+pub use array3d_nearest::Array3dNearest;
 pub use linearized::Linearized;
+pub use linearized_nearest::LinearizedNearest;
 pub use linked_list::LinkedList;
 pub use linked_pages::LinkedPages;
 
@@ -25,6 +30,8 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &LinkedPages::new(4),
     &LinkedPages::new(6),
     &Array3d,
+    &Array3dNearest,
+    &LinearizedNearest,
 ];
 
 /// A name that no capture method has, with the nearest ones.

@@ -63,6 +63,8 @@ fn stages_are_those_of_the_chapter() {
         ("linearized_lookback", &["clear", "count", "scan", "capture"]),
         ("linked_list_subgroup", &["clear", "capture"]),
         ("array3d", &["clear", "capture"]),
+        ("array3d_nearest", &["clear", "capture"]),
+        ("linearized_nearest", &["clear", "count", "scan", "capture"]),
         ("linked_pages4", &["clear", "capture"]),
         ("linked_pages6", &["clear", "capture"]),
         ("linearized_blend", &["count", "scan", "capture"]),

@@ -81,7 +81,7 @@ impl Capture for Array3d {
     }
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
-        include_str!("array3d_layout.wgsl").into()
+        [include_str!("array3d_slot.wgsl"), include_str!("array3d_layout.wgsl")].concat().into()
     }
 
     fn random_access(&self) -> bool {

@@ -26,7 +26,7 @@ fn lfb_more() -> bool {
 fn lfb_next() -> vec2<u32> {
     let slot = lfb_slot;
     lfb_slot = slot + lfb_stride;
-    return fragments[slot];
+    return lfb_slot_at(slot);
 }
 
 fn lfb_len() -> u32 {
@@ -34,5 +34,5 @@ fn lfb_len() -> u32 {
 }
 
 fn lfb_at(i: u32) -> vec2<u32> {
-    return fragments[lfb_pixel + i * lfb_stride];
+    return lfb_slot_at(lfb_pixel + i * lfb_stride);
 }
