@@ -4,6 +4,8 @@
 
 #[path = "gpu/contended.rs"]
 mod contended;
+#[path = "gpu/readers.rs"]
+mod readers;
 mod support;
 
 use std::collections::BTreeMap;

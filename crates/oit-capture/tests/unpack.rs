@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use oit_capture::{
-    Array3d, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized, LinkedList,
-    LinkedPages, Usage, capture,
+    Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized,
+    LinearizedNearest, LinkedList, LinkedPages, Usage, capture,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
 use oit_gpu::{Contents, GpuError};
@@ -165,6 +165,48 @@ fn pages_that_are_none_are_refused() {
     full.set("dropped", 2, 5);
     let usage = full.with(|read| pages.usage(read)).expect("reads");
     assert_eq!(usage, Usage { fragments: 16, slots: 24 });
+}
+
+#[test]
+fn slots_out_of_order_are_refused() {
+    let [near, far] = [0.25, 0.5].map(|depth| Fragment::new(depth, [1, 2, 3, 4]));
+    let lfb = Lfb::from_lists(2, 2, &[vec![far, near], vec![near], vec![], vec![]]);
+    // Slots of pixel 0, words of which the second is the depth.
+    let [array, runs]: [(&dyn Capture, usize); 2] = [(&Array3dNearest, 4), (&LinearizedNearest, 1)];
+    for (capture, stride) in [array, runs] {
+        let good = memory(capture, &lfb);
+        assert_eq!(good.unpack(capture).expect("undamaged").pixel(0), [near, far]);
+        for (change, part) in [
+            ([(2 * stride, 0), (2 * stride + 1, 0)], "slot 1 is empty"),
+            ([(1, !far.depth_key - 1), (0, 0)], "slot 1 is nearer"),
+        ] {
+            let mut memory = good.clone();
+            for (word, value) in change {
+                memory.set("fragments", word, value);
+            }
+            match memory.unpack(capture) {
+                Err(CaptureError::Damaged(LfbError::Structure { pixel: 0, what })) => {
+                    assert!(what.contains(part), "{what}");
+                }
+                other => panic!("{}: {other:?}", capture.name()),
+            }
+        }
+    }
+    let damaged = |word, value| {
+        let mut memory = memory(&LinearizedNearest, &lfb);
+        memory.set("offsets", word, value);
+        memory.unpack(&LinearizedNearest)
+    };
+    assert!(matches!(
+        damaged(2, 1),
+        Err(CaptureError::Damaged(LfbError::OffsetsFall { pixel: 1 }))
+    ));
+    let structure = |pixel, result| match result {
+        Err(CaptureError::Damaged(LfbError::Structure { pixel: at, .. })) => assert_eq!(at, pixel),
+        other => panic!("{other:?}"),
+    };
+    structure(2, damaged(3, 4));
+    structure(0, damaged(0, 1));
 }
 
 #[test]

@@ -16,6 +16,7 @@ const LOCKED = 0x80000000u;
 // by exchanges, so that each page is linked from one place. And only who turns a page's own head
 // into a locked one fetches the next, so that none is fetched before all slots are given out.
 fn store_fragment(pixel: u32, fragment: vec2<u32>) {
+    count_fragment(pixel);
     let room = arrayLength(&fragments) / PAGE;
     var done = false;
     // Who locks also unlocks before the next turn: invocations in lockstep with it wait for nothing
@@ -56,7 +57,5 @@ fn store_fragment(pixel: u32, fragment: vec2<u32>) {
 
 @fragment
 fn fs(in: Varyings) {
-    let pixel = pixel_index(in.position);
-    count_fragment(pixel);
-    store_fragment(pixel, vec2<u32>(shade(in), depth_key(in.position.z)));
+    store_fragment(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
 }

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use oit_capture::LinkedPages;
+use oit_capture::{Array3dNearest, LinkedPages};
 use oit_gpu::{Dispatch, Pass, Shader, Work};
 
 use super::*;
@@ -15,6 +15,11 @@ const INVOCATIONS: u32 = 64 * 256;
 /// The pixel that an invocation stores to: all of them, by neighbours, and one of them twice.
 fn pixel(invocation: u32) -> u32 {
     [0, 1, 2, 3, 4, 4][invocation as usize % 6]
+}
+
+/// How far an invocation's fragment is: all at different depths, and in no order.
+fn depth_key(invocation: u32) -> u32 {
+    0x8000_0000 | (invocation * 7919 % INVOCATIONS)
 }
 
 /// Runs what a capture does with each fragment in `INVOCATIONS` invocations, each of which stores
@@ -35,8 +40,8 @@ fn store(
         "{before}
         @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
             let pixel = min(id.x % 6u, 4u);
-            count_fragment(pixel);
-            store_fragment(pixel, vec2<u32>(id.x, 0x80000000u));
+            let depth_key = 0x80000000u | (id.x * 7919u % {INVOCATIONS}u);
+            store_fragment(pixel, vec2<u32>(id.x, depth_key));
         }}"
     );
     let dispatch = Dispatch::Workgroups([INVOCATIONS / 64, 1, 1]);
@@ -101,6 +106,31 @@ fn pages_lose_nothing_to_each_other() {
                 let pages = pool / u64::from(capture.page);
                 assert!(stored >= pages && stored <= pool, "{capture:?} in {pool}: {stored}");
                 assert_eq!(part.counted, counts, "{capture:?} in {pool}");
+            }
+        }
+    });
+}
+
+#[test]
+fn the_nearest_push_the_others_on() {
+    on_every_device("contended nearest", |device| {
+        let counts = all_counts();
+        let histogram = &DepthHistogram::from_counts(counts.iter().copied());
+        let capture = &Array3dNearest;
+        if !supported(device).iter().any(|other| other.name() == capture.name()) {
+            return;
+        }
+        for layers in [1, 5, 32] {
+            let ran = store(device, capture, histogram, 5 * layers + 3);
+            assert_eq!(ran.usage.fragments, u64::from(INVOCATIONS));
+            assert_eq!(ran.counted, counts);
+            for at in 0..5 {
+                let own = (0..INVOCATIONS).filter(|&i| pixel(i) == at);
+                let mut nearest: Vec<_> =
+                    own.map(|i| Fragment { rgba: i, depth_key: depth_key(i) }).collect();
+                nearest.sort_by_key(|fragment| fragment.key());
+                nearest.truncate(layers as usize);
+                assert_eq!(ran.lfb.pixel(at as usize), nearest, "pixel {at}");
             }
         }
     });
