@@ -40,13 +40,20 @@ pub trait Capture: Sync {
     }
 
     /// Slots (a fragment each) that a pool needs to hold all of a view, whatever the order in which
-    /// its fragments arrive.
+    /// its fragments arrive: no run's [`Usage::slots`] is more.
     fn slots(&self, demand: &Demand) -> u64;
 
     /// Why this capture would be wrong on such a view, where it would: numbers that do not fit the
     /// bits it has for them. Asked before a plan is built.
     fn refuses(&self, _demand: &Demand) -> Option<String> {
         None
+    }
+
+    /// Whether a pool that is too small keeps each pixel's nearest fragments, in their total order
+    /// and no more than a cap for every pixel, rather than those that came first: then two runs
+    /// keep the same, and [`Capture::count_wgsl`] counts what is kept.
+    fn keeps_nearest(&self) -> bool {
+        false
     }
 
     /// The passes that fill the buffer, and what they need.

@@ -1,28 +1,42 @@
 //! The capture methods, one file each.
 
+mod array3d;
+mod array3d_nearest;
 mod interleaved;
 mod interleaved_lists;
 mod linearized;
+mod linearized_nearest;
 mod linked_list;
+mod linked_pages;
+mod nearest;
 
 use oit_scene::Problem;
 
 use crate::Capture;
+pub use array3d::Array3d;
+pub use array3d_nearest::Array3dNearest;
 pub use interleaved::Interleaved;
 pub use interleaved_lists::InterleavedLists;
 pub use linearized::Linearized;
+pub use linearized_nearest::LinearizedNearest;
 pub use linked_list::LinkedList;
+pub use linked_pages::LinkedPages;
 
 /// Every capture method.
-#[rustfmt::skip]
 pub const CAPTURES: &[&dyn Capture] = &[
-    &LinkedList,
+    &LinkedList::EACH,
+    &LinkedList::SUBGROUPS,
+    &LinkedPages::new(4),
+    &LinkedPages::new(6),
     &Linearized::BLOCKS,
     &Linearized::SWEEP,
     &Linearized::LOOK_BACK,
     &Linearized::BLEND,
+    &LinearizedNearest,
     &Interleaved,
     &InterleavedLists,
+    &Array3d,
+    &Array3dNearest,
 ];
 
 /// A name that no capture method has, with the nearest ones.

@@ -10,7 +10,8 @@ mod scan;
 
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
-    CAPTURES, Interleaved, InterleavedLists, Linearized, LinkedList, UnknownCapture, capture,
+    Array3d, Array3dNearest, CAPTURES, Interleaved, InterleavedLists, Linearized,
+    LinearizedNearest, LinkedList, LinkedPages, UnknownCapture, capture,
 };
 pub use draw::count_plan;
 pub use frame::Frame;

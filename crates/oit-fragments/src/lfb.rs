@@ -237,6 +237,23 @@ impl DepthHistogram {
         self.pixels.iter().skip(1).sum()
     }
 
+    /// The largest cap under which all pixels fit a pool of so many slots, a slot for each fragment
+    /// up to the cap; `u32::MAX` where they fit without one.
+    #[must_use]
+    pub fn cap_for(&self, slots: u64) -> u32 {
+        let mut deeper: u64 = self.pixels.iter().sum();
+        let mut kept = 0u64;
+        for (cap, pixels) in (0..).zip(&self.pixels) {
+            deeper -= pixels;
+            // One more for each pixel with more than `cap`.
+            kept = kept.saturating_add(deeper);
+            if kept > slots {
+                return cap;
+            }
+        }
+        u32::MAX
+    }
+
     /// Pixels whose count lies in `low..=high`.
     #[must_use]
     pub fn pixels_in(&self, low: u32, high: u32) -> u64 {
@@ -286,5 +303,20 @@ mod tests {
         assert_eq!((histogram.total(), histogram.peak(), histogram.covered()), (7, 3, 3));
         assert_eq!((histogram.pixels_in(1, 8), histogram.pixels_in(4, 9)), (3, 0));
         assert_eq!(DepthHistogram::default().peak(), 0);
+    }
+
+    #[test]
+    fn the_cap_is_the_largest_that_fits() {
+        let counts = [0, 3, 3, 1, 0, 9, 2];
+        let histogram = DepthHistogram::from_counts(counts);
+        let kept = |cap: u32| counts.iter().map(|&count| u64::from(count.min(cap))).sum::<u64>();
+        for slots in 0..histogram.total() {
+            let cap = histogram.cap_for(slots);
+            assert!(kept(cap) <= slots && kept(cap + 1) > slots, "{cap} for {slots}");
+        }
+        for slots in [histogram.total(), 100, u64::MAX] {
+            assert_eq!(histogram.cap_for(slots), u32::MAX);
+        }
+        assert_eq!(DepthHistogram::default().cap_for(0), u32::MAX);
     }
 }

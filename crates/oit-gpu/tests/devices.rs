@@ -18,6 +18,7 @@ type Check = fn(&mut dyn Device);
 
 const CHECKS: &[(&str, Check)] = &[
     ("binds_buffers_by_name", binds_buffers_by_name),
+    ("arrays_are_as_long_as_their_buffers", arrays_are_as_long_as_their_buffers),
     ("clears_a_buffer", clears_a_buffer),
     ("dispatches_by_a_buffer", dispatches_by_a_buffer),
     ("runs_subgroups_or_says_why_not", runs_subgroups_or_says_why_not),
@@ -223,6 +224,28 @@ fn binds_buffers_by_name(device: &mut dyn Device) {
     let mut other = naming_plan();
     other.buffers[2] = Buffer::data("input", words(&[5; 100]));
     assert_eq!(words_of(device, &other, "output"), [22; 100]);
+}
+
+fn arrays_are_as_long_as_their_buffers(device: &mut dyn Device) {
+    for bytes in [16, 4096, 4100] {
+        let wgsl = "
+            @group(0) @binding(0) var<storage, read> written: array<u32>;
+            @group(0) @binding(1) var<storage, read> given: array<u32>;
+            @group(0) @binding(2) var<storage, read_write> lengths: array<u32, 4>;
+            @compute @workgroup_size(1) fn main() {
+                lengths[0] = arrayLength(&written);
+                lengths[1] = arrayLength(&given);
+            }";
+        let buffers = vec![
+            Buffer::new("written", bytes),
+            Buffer::data("given", vec![0; bytes as usize].into()),
+            Buffer::new("lengths", 16),
+        ];
+        let passes = vec![Pass::clear("clear", "written"), compute("lengths", wgsl, [1, 1, 1])];
+        let plan = plan(buffers, vec![], passes);
+        let words = bytes as u32 / 4;
+        assert_eq!(words_of(device, &plan, "lengths")[..2], [words, words], "{bytes}");
+    }
 }
 
 fn clears_a_buffer(device: &mut dyn Device) {

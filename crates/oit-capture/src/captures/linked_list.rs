@@ -1,4 +1,4 @@
-//! `linked_list`: a list of nodes a pixel.
+//! `linked_list`, `linked_list_subgroup`: a list of nodes a pixel.
 
 use std::borrow::Cow;
 
@@ -12,22 +12,50 @@ use crate::{
 };
 
 /// A list of nodes a pixel, grown at its head (LFB chapter, section 20.3). One pass: a global
-/// counter hands out nodes, and the exchange of a pixel's head links one in.
+/// counter hands out nodes, and the exchange of a pixel's head links one in. By subgroups, one
+/// invocation asks the counter for as many nodes as its subgroup has fragments.
 ///
 /// Buffers: `heads` (a `u32` a pixel: 0, or the newest node plus one), `nexts` (a `u32` a node, the
 /// same), `fragments` (a `vec2<u32>` a node), `node_count` (one `u32`), and `counts` if asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct LinkedList;
+pub struct LinkedList {
+    /// Whether the counter is asked once a subgroup, else once a fragment.
+    pub subgroups: bool,
+}
 
-const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
+/// For capture passes that need not count.
+pub(super) const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
+
+/// Turns each pixel's fragments round.
+pub(super) fn reverse(lfb: &mut Lfb) {
+    let offsets = lfb.offsets().to_vec();
+    let mut fragments = lfb.fragments().to_vec();
+    for pixel in offsets.windows(2) {
+        fragments[pixel[0]..pixel[1]].reverse();
+    }
+    *lfb = Lfb::new(lfb.width(), lfb.height(), offsets, fragments)
+        .expect("the offsets are those of a buffer");
+}
+
+impl LinkedList {
+    /// The counter is asked once a fragment.
+    pub const EACH: Self = Self { subgroups: false };
+    /// The counter is asked once a subgroup.
+    pub const SUBGROUPS: Self = Self { subgroups: true };
+}
 
 impl Capture for LinkedList {
     fn name(&self) -> &'static str {
-        "linked_list"
+        if self.subgroups { "linked_list_subgroup" } else { "linked_list" }
     }
 
     fn summary(&self) -> &'static str {
-        "A linked list a pixel, its nodes handed out by one atomic counter, in one pass."
+        if self.subgroups {
+            "A linked list a pixel, its nodes handed out by one atomic addition a subgroup, in one \
+             pass."
+        } else {
+            "A linked list a pixel, its nodes handed out by one atomic counter, in one pass."
+        }
     }
 
     fn citation(&self) -> &'static str {
@@ -69,11 +97,13 @@ impl Capture for LinkedList {
         } else {
             UNCOUNTED
         };
-        passes.push(capture_pass(
-            request,
-            "linked_list",
-            &[counted, include_str!("linked_list.wgsl")],
-        ));
+        let fs = if self.subgroups {
+            include_str!("linked_list_subgroup.wgsl")
+        } else {
+            include_str!("linked_list_each.wgsl")
+        };
+        let fs = [counted, include_str!("linked_list.wgsl"), fs];
+        passes.push(capture_pass(request, self.name(), &fs));
         CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }
     }
 
@@ -120,13 +150,7 @@ impl Capture for LinkedList {
 
     /// A list is read from its head: the last submitted comes first.
     fn order(&self, submitted: &mut Lfb) {
-        let offsets = submitted.offsets().to_vec();
-        let mut fragments = submitted.fragments().to_vec();
-        for pixel in offsets.windows(2) {
-            fragments[pixel[0]..pixel[1]].reverse();
-        }
-        *submitted = Lfb::new(submitted.width(), submitted.height(), offsets, fragments)
-            .expect("the offsets are those of a buffer");
+        reverse(submitted);
     }
 
     /// Nodes are handed out as when whole layers are drawn: the first fragment of every pixel, then

@@ -55,6 +55,13 @@ impl Stamps {
     }
 }
 
+/// All of a buffer, and no more: without a size wgpu binds the spare bytes that it puts behind
+/// buffers of vertices, and shaders take an array's length from the binding.
+fn exactly(buffer: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    let size = std::num::NonZeroU64::new(buffer.size());
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
+}
+
 impl Prepared {
     /// Makes bind groups and timestamps. Errors go to the device's error handler.
     pub(super) fn new(
@@ -125,7 +132,7 @@ impl Prepared {
                         Access::Texture => {
                             wgpu::BindingResource::TextureView(self.view(&binding.name)?)
                         }
-                        _ => self.buffer(&binding.name)?.as_entire_binding(),
+                        _ => exactly(self.buffer(&binding.name)?),
                     };
                     Some(wgpu::BindGroupEntry { binding: binding.binding, resource })
                 })

@@ -1,0 +1,12 @@
+// Follows frame.wgsl, scene.wgsl and nearest.wgsl.
+@group(0) @binding(1) var<storage, read> offsets: array<u32>;
+
+fn store_fragment(pixel: u32, fragment: vec2<u32>) {
+    let room = arrayLength(&fragments);
+    keep_nearest(min(offsets[pixel], room), min(offsets[pixel + 1u], room), 1u, fragment);
+}
+
+@fragment
+fn fs(in: Varyings) {
+    store_fragment(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+}
