@@ -1,5 +1,6 @@
 //! Generators: one file each, listed in [`GENERATORS`].
 
+mod atrium;
 mod grid;
 mod hairball;
 mod planes;
@@ -29,6 +30,7 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &stack::Stack,
     &hairball::Hairball,
     &random_triangles::RandomTriangles,
+    &atrium::Atrium,
 ];
 
 /// Why a generator refuses.
