@@ -42,6 +42,8 @@ const PARAMETERS: &[Parameter] = &[
 const BAY: f32 = 3.6;
 /// Where arches begin, downstairs.
 const SPRING: f32 = 3.2;
+/// Depth of the chambers behind the galleries.
+const CHAMBER: f32 = 2.6;
 /// The floor upstairs.
 const UPPER: f32 = 5.4;
 /// Where arches begin, upstairs, above the ground.
@@ -94,6 +96,7 @@ fn build(solids: &mut Solids, params: &Params) {
     bays.iter().for_each(|bay| arcade(solids, bay));
     cells.iter().for_each(|cell| vault(solids, cell));
     cells.iter().for_each(|cell| outer_walls(solids, cell));
+    cells.iter().for_each(|cell| chambers(solids, cell));
     bays.iter().for_each(|bay| balustrade(solids, bay));
     bays.iter().for_each(|bay| loggia(solids, bay));
     cells.iter().for_each(|cell| roof(solids, cell));
@@ -168,16 +171,18 @@ impl Court {
         all
     }
 
-    /// Paving, square by square, each in a tone of its own.
+    /// Paving, square by square, each in a tone of its own, on a bed that shows from below.
     fn floor(&self, solids: &mut Solids, random: &mut SplitMix64) {
         let [long, wide] = self.bays.map(|bays| bays + 2);
         let [x, z] = self.half.map(|half| -half - BAY);
-        let cells = [solids.cells(12, 1); 2];
+        let cells = [solids.cells(8, 1); 2];
         for row in 0..wide {
             for column in 0..long {
                 let corner = Vec3::new(x + BAY * column as f32, 0.0, z + BAY * row as f32);
                 let rgba = toned(PAVING, random.between(0.8, 1.1));
-                solids.patch(cells, rgba, |u, v| corner + BAY * Vec3::new(u, 0.0, v));
+                for y in [0.0, -0.2] {
+                    solids.patch(cells, rgba, |u, v| corner + Vec3::new(BAY * u, y, BAY * v));
+                }
             }
         }
     }
@@ -201,7 +206,7 @@ fn column(solids: &mut Solids, bay: &Bay) {
         [[0.33, 0.2], [0.36, 0.25], [0.33, 0.3], [0.29, 0.33], [0.31, 0.37], [0.28, 0.42]];
     solids.turned(&place, &base, [36, 1], 0, MARBLE);
     let shaft = [[0.27, 0.42], [0.275, 1.2], [0.23, SPRING - 0.55]];
-    solids.turned(&place, &shaft, [64, 5], 16, MARBLE);
+    solids.turned(&place, &shaft, [64, 3], 16, MARBLE);
     let capital = [
         [0.23, SPRING - 0.55],
         [0.27, SPRING - 0.52],
@@ -257,13 +262,27 @@ fn vault(solids: &mut Solids, cell: &Cell) {
     solids.block(&place, [-half, UPPER - 0.25, -half], [half, UPPER, half], TIMBER);
 }
 
-/// The outer wall of a square of the gallery, or both of a corner.
-fn outer_walls(solids: &mut Solids, cell: &Cell) {
+/// Where the outer walls of a square of the gallery stand: one, or two of a corner.
+fn outer_places(cell: &Cell) -> impl Iterator<Item = Place> {
     let half = BAY / 2.0;
-    outer_wall(solids, &cell.place.moved(0.0, 0.0, BAY));
-    if cell.corner {
-        let Place { x, z, .. } = cell.place;
-        outer_wall(solids, &Place { x: -z, z: x, ..cell.place.moved(half, 0.0, half) });
+    let Place { x, z, .. } = cell.place;
+    let beside = Place { x: -z, z: x, ..cell.place.moved(half, 0.0, half) };
+    [Some(cell.place.moved(0.0, 0.0, BAY)), cell.corner.then_some(beside)].into_iter().flatten()
+}
+
+fn outer_walls(solids: &mut Solids, cell: &Cell) {
+    outer_places(cell).for_each(|place| outer_wall(solids, &place));
+}
+
+/// The chambers behind the doors and windows of a square: floors, and the wall at their back.
+fn chambers(solids: &mut Solids, cell: &Cell) {
+    let half = BAY / 2.0;
+    for place in outer_places(cell) {
+        solids.block(&place, [-half, -0.2, 0.2], [half, 0.0, CHAMBER], PAVING);
+        solids.block(&place, [-half, UPPER - 0.25, 0.2], [half, UPPER, CHAMBER], TIMBER);
+        solids.block(&place, [-half, EAVES, 0.2], [half, EAVES + 0.2, CHAMBER], TIMBER);
+        let back = [half, EAVES, CHAMBER + 0.3];
+        solids.block(&place, [-half, 0.0, CHAMBER], back, PLASTER);
     }
 }
 
@@ -371,7 +390,7 @@ fn curtains(solids: &mut Solids, bay: &Bay, rgba: [u8; 4], random: &mut SplitMix
     let rod = bay.place.moved(0.0, SPRING - 0.1, 0.0);
     let reach = BAY / 2.0 - 0.4;
     solids.block(&rod, [-reach, -0.02, -0.02], [reach, 0.02, 0.02], BRONZE);
-    let cells = [solids.cells(48, 14), solids.cells(14, 2)];
+    let cells = [solids.cells(36, 14), solids.cells(9, 2)];
     for side in [-1.0, 1.0] {
         let phase = random.between(0.0, TAU);
         let drawn = random.between(0.75, 1.15);
