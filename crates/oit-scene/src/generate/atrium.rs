@@ -51,6 +51,11 @@ const UPPER_SPRING: f32 = 7.9;
 /// Where the walls end.
 const EAVES: f32 = 9.4;
 
+/// The underside of the paving.
+const BED: f32 = -0.2;
+/// How far below a floor the things end that stand on it, lest two faces lie in one another.
+const SUNK: f32 = -0.05;
+
 // Materials: colour and opacity.
 const PAVING: [u8; 4] = [150, 132, 112, 128];
 const LIMESTONE: [u8; 4] = [205, 190, 160, 92];
@@ -180,7 +185,7 @@ impl Court {
             for column in 0..long {
                 let corner = Vec3::new(x + BAY * column as f32, 0.0, z + BAY * row as f32);
                 let rgba = toned(PAVING, random.between(0.8, 1.1));
-                for y in [0.0, -0.2] {
+                for y in [BED, 0.0] {
                     solids.patch(cells, rgba, |u, v| corner + Vec3::new(BAY * u, y, BAY * v));
                 }
             }
@@ -201,7 +206,7 @@ fn toned([r, g, b, a]: [u8; 4], tone: f32) -> [u8; 4] {
 /// A fluted column with its plinth, base and capital.
 fn column(solids: &mut Solids, bay: &Bay) {
     let place = bay.place.moved(-BAY / 2.0, 0.0, 0.0);
-    solids.block(&place, [-0.36, 0.0, -0.36], [0.36, 0.2, 0.36], LIMESTONE);
+    solids.block(&place, [-0.36, SUNK, -0.36], [0.36, 0.2, 0.36], LIMESTONE);
     let base =
         [[0.33, 0.2], [0.36, 0.25], [0.33, 0.3], [0.29, 0.33], [0.31, 0.37], [0.28, 0.42]];
     solids.turned(&place, &base, [36, 1], 0, MARBLE);
@@ -214,7 +219,7 @@ fn column(solids: &mut Solids, bay: &Bay) {
         [0.28, SPRING - 0.3],
         [0.38, SPRING - 0.12],
     ];
-    solids.turned(&place, &capital, [36, 2], 8, MARBLE);
+    solids.turned(&place, &capital, [36, 1], 8, MARBLE);
     solids.block(
         &place,
         [-0.37, SPRING - 0.12, -0.37],
@@ -244,12 +249,14 @@ fn moulding(solids: &mut Solids, bay: &Bay, y: f32, height: f32) {
 /// A groin vault, the arches it springs from across the gallery, and the floor above it.
 fn vault(solids: &mut Solids, cell: &Cell) {
     let place = cell.place.moved(0.0, 0.0, BAY / 2.0);
-    let cells = [solids.cells(16, 4); 2];
-    solids.patch(cells, PLASTER, |u, v| {
-        let round = |t: f32| (1.0 - (2.0 * t - 1.0).powi(2)).max(0.0).sqrt();
-        let height = SPRING + 1.55 * round(u).max(round(v));
-        place.at(BAY * (u - 0.5), height, BAY * (v - 0.5))
-    });
+    let cells = [solids.cells(12, 4); 2];
+    for shell in [0.0, 0.12] {
+        solids.patch(cells, PLASTER, |u, v| {
+            let round = |t: f32| (1.0 - (2.0 * t - 1.0).powi(2)).max(0.0).sqrt();
+            let height = SPRING + shell + 1.55 * round(u).max(round(v));
+            place.at(BAY * (u - 0.5), height, BAY * (v - 0.5))
+        });
+    }
     let across = Place { x: place.z, z: place.x, ..place.moved(-BAY / 2.0, 0.0, 0.0) };
     let arch =
         Arch { width: BAY, spring: SPRING, top: UPPER, radius: BAY / 2.0 - 0.32, thickness: 0.4 };
@@ -259,7 +266,7 @@ fn vault(solids: &mut Solids, cell: &Cell) {
         solids.arch(&along, arch, 24, LIMESTONE);
     }
     let half = BAY / 2.0;
-    solids.block(&place, [-half, UPPER - 0.25, -half], [half, UPPER, half], TIMBER);
+    solids.slab(&place, [[-half; 2], [half; 2]], [UPPER - 0.25, UPPER], TIMBER);
 }
 
 /// Where the outer walls of a square of the gallery stand: one, or two of a corner.
@@ -274,59 +281,77 @@ fn outer_walls(solids: &mut Solids, cell: &Cell) {
     outer_places(cell).for_each(|place| outer_wall(solids, &place));
 }
 
-/// The chambers behind the doors and windows of a square: floors, and the wall at their back.
+/// The chambers behind the doors and windows of a square: floors, and walls beside and behind them.
 fn chambers(solids: &mut Solids, cell: &Cell) {
     let half = BAY / 2.0;
     for place in outer_places(cell) {
-        solids.block(&place, [-half, -0.2, 0.2], [half, 0.0, CHAMBER], PAVING);
-        solids.block(&place, [-half, UPPER - 0.25, 0.2], [half, UPPER, CHAMBER], TIMBER);
-        solids.block(&place, [-half, EAVES, 0.2], [half, EAVES + 0.2, CHAMBER], TIMBER);
-        let back = [half, EAVES, CHAMBER + 0.3];
-        solids.block(&place, [-half, 0.0, CHAMBER], back, PLASTER);
+        let extent = [[-half, 0.0], [half, CHAMBER]];
+        solids.slab(&place, extent, [BED, 0.0], PAVING);
+        solids.slab(&place, extent, [UPPER - 0.25, UPPER], TIMBER);
+        solids.slab(&place, extent, [EAVES, EAVES + 0.2], TIMBER);
+        let (foot, top) = (SUNK, EAVES + 0.1);
+        let back = [[-half, foot, CHAMBER], [half, top, CHAMBER + 0.3]];
+        solids.run(&place, back[0], back[1], [false; 2], PLASTER);
+        let beside = [[-half - 0.1, foot, 0.1], [-half + 0.1, top, CHAMBER + 0.1]];
+        solids.block(&place, beside[0], beside[1], PLASTER);
     }
 }
 
 /// A wall with a door downstairs and a window upstairs.
 fn outer_wall(solids: &mut Solids, place: &Place) {
-    let half = BAY / 2.0;
-    let thickness = 0.4;
-    let [near, far] = [-thickness / 2.0, thickness / 2.0];
-    let door = Arch { width: BAY, spring: 2.1, top: UPPER, radius: 0.8, thickness };
-    solids.arch(place, door, 24, PLASTER);
-    solids.block(place, [-half, 0.0, near], [-door.radius, door.spring, far], PLASTER);
-    solids.block(place, [door.radius, 0.0, near], [half, door.spring, far], PLASTER);
+    let door = Arch { width: BAY, spring: 2.1, top: UPPER, radius: 0.8, thickness: 0.4 };
+    opening(solids, place, door, 0.0);
     for side in [-1.0, 1.0] {
         let leaf = place.moved(side * door.radius / 2.0, 0.0, 0.05);
-        solids.block(&leaf, [-0.39, 0.0, -0.04], [0.39, 2.1, 0.04], TIMBER);
+        solids.block(&leaf, [-0.39, 0.01, -0.04], [0.39, door.spring, 0.04], TIMBER);
         for row in 0..3 {
             let y = 0.2 + 0.62 * row as f32;
             solids.block(&leaf, [-0.28, y, -0.07], [0.28, y + 0.5, 0.07], TIMBER);
         }
     }
+    pane(solids, place, door, door.spring);
 
     let upstairs = place.moved(0.0, UPPER, 0.0);
-    let top = EAVES - UPPER;
-    let window = Arch { width: BAY, spring: 2.2, top, radius: 0.7, thickness };
-    let sill = 0.9;
-    solids.arch(&upstairs, window, 24, PLASTER);
-    solids.block(&upstairs, [-half, 0.0, near], [-window.radius, window.spring, far], PLASTER);
-    solids.block(&upstairs, [window.radius, 0.0, near], [half, window.spring, far], PLASTER);
-    solids.block(&upstairs, [-window.radius, 0.0, near], [window.radius, sill, far], PLASTER);
-    let cells = [solids.cells(4, 1); 2];
-    solids.patch(cells, GLASS, |u, v| {
-        upstairs.at(window.radius * (2.0 * u - 1.0), sill + (window.spring - sill) * v, 0.0)
-    });
+    let window = Arch { spring: 2.2, top: EAVES - UPPER, radius: 0.7, ..door };
+    opening(solids, &upstairs, window, 0.9);
+    pane(solids, &upstairs, window, 0.9);
     for bar in 0..4 {
         let x = window.radius * (0.5 * bar as f32 - 0.75);
-        solids.block(&upstairs, [x, sill, -0.02], [x + 0.04, window.spring, 0.02], BRONZE);
+        let low = [x - 0.02, 0.9 + SUNK, -0.02];
+        solids.block(&upstairs, low, [x + 0.02, window.spring, 0.02], BRONZE);
     }
+}
+
+/// A wall from the floor up around an opening, below which it is `sill` high.
+fn opening(solids: &mut Solids, place: &Place, arch: Arch, sill: f32) {
+    let Arch { spring, radius, .. } = arch;
+    let (half, near, far) = (arch.width / 2.0, -arch.thickness / 2.0, arch.thickness / 2.0);
+    solids.arch(place, arch, 24, PLASTER);
+    let left = [[-half, SUNK, near], [-radius, spring, far]];
+    solids.run(place, left[0], left[1], [false, true], PLASTER);
+    let right = [[radius, SUNK, near], [half, spring, far]];
+    solids.run(place, right[0], right[1], [true, false], PLASTER);
+    if sill > 0.0 {
+        let below = [[-radius, SUNK, near], [radius, sill, far]];
+        solids.run(place, below[0], below[1], [false; 2], PLASTER);
+    }
+}
+
+/// The glass of an opening from `foot` to its round head.
+fn pane(solids: &mut Solids, place: &Place, arch: Arch, foot: f32) {
+    let cells = [solids.cells(16, 4), solids.cells(2, 1)];
+    solids.patch(cells, GLASS, |u, v| {
+        let x = 2.0 * u - 1.0;
+        let head = arch.spring + arch.radius * (1.0 - x * x).max(0.0).sqrt();
+        place.at(arch.radius * x, foot + (head - foot) * v, 0.0)
+    });
 }
 
 /// Balusters and their rail, upstairs.
 fn balustrade(solids: &mut Solids, bay: &Bay) {
     let place = bay.place.moved(0.0, UPPER, 0.0);
     let half = BAY / 2.0;
-    solids.block(&place, [-half, 0.0, -0.12], [half, 0.1, 0.12], LIMESTONE);
+    solids.run(&place, [-half, SUNK, -0.12], [half, 0.1, 0.12], [false; 2], LIMESTONE);
     let profile = [
         [0.07, 0.1],
         [0.05, 0.16],
@@ -340,7 +365,7 @@ fn balustrade(solids: &mut Solids, bay: &Bay) {
         let at = place.moved(BAY * ((i as f32 + 0.5) / 8.0 - 0.5), 0.0, 0.0);
         solids.turned(&at, &profile, [10, 1], 0, MARBLE);
     }
-    solids.block(&place, [-half, 0.8, -0.14], [half, 0.95, 0.14], LIMESTONE);
+    solids.run(&place, [-half, 0.8, -0.14], [half, 0.95, 0.14], [false; 2], LIMESTONE);
 }
 
 /// The two arches of a bay upstairs, with their columns.
@@ -348,8 +373,8 @@ fn loggia(solids: &mut Solids, bay: &Bay) {
     let (foot, head) = (UPPER, UPPER_SPRING);
     for x in [-BAY / 2.0, 0.0] {
         let place = bay.place.moved(x, 0.0, 0.0);
-        solids.block(&place, [-0.2, foot, -0.2], [0.2, foot + 0.95, 0.2], LIMESTONE);
-        let shaft = [[0.15, foot + 0.95], [0.12, head - 0.3]];
+        solids.block(&place, [-0.2, foot + SUNK, -0.2], [0.2, foot + 1.0, 0.2], LIMESTONE);
+        let shaft = [[0.15, foot + 1.0], [0.12, head - 0.3]];
         solids.turned(&place, &shaft, [20, 4], 0, MARBLE);
         let capital = [[0.12, head - 0.3], [0.15, head - 0.25], [0.14, head - 0.2], [0.2, head]];
         solids.turned(&place, &capital, [20, 2], 0, MARBLE);
@@ -372,15 +397,16 @@ fn roof(solids: &mut Solids, cell: &Cell) {
     solids.patch(cells, TIMBER, |u, v| place.at(BAY * (u - 0.5), EAVES, BAY * (v - 0.5)));
     for beam in 0..3 {
         let x = BAY * (beam as f32 / 3.0 - 1.0 / 3.0);
-        solids.block(&place, [x - 0.07, EAVES - 0.22, -half], [x + 0.07, EAVES, half], TIMBER);
+        let low = [x - 0.07, EAVES - 0.22, -half];
+        solids.block(&place, low, [x + 0.07, EAVES - 0.01, half], TIMBER);
     }
-    let cells = [solids.cells(48, 6), solids.cells(10, 4)];
+    let cells = [solids.cells(40, 6), solids.cells(8, 4)];
     solids.patch(cells, ROOF_TILE, |u, v| {
         // In a corner the slopes of both galleries meet along the diagonal.
         let across = if cell.corner { u.max(v) } else { v };
         let ridge = 1.0 - (2.0 * across - 1.0).abs();
         let wave = if cell.corner && u > v { v } else { u };
-        let y = EAVES + 0.12 + 1.3 * ridge + 0.04 * (TAU * 12.0 * wave).sin();
+        let y = EAVES + 0.12 + 1.3 * ridge + 0.04 * (TAU * 10.0 * wave).sin();
         place.at(BAY * (u - 0.5), y, BAY * (v - 0.5))
     });
 }
@@ -440,7 +466,7 @@ fn potted_plant(solids: &mut Solids, place: &Place, random: &mut SplitMix64) {
     ];
     solids.turned(place, &pot, [28, 1], 0, TERRACOTTA);
     let cells = [solids.cells(2, 1), solids.cells(6, 2)];
-    for _ in 0..36 {
+    for _ in 0..29 {
         let (sin, cos) = random.between(0.0, TAU).sin_cos();
         let (length, lean) = (random.between(0.5, 1.1), random.between(0.2, 1.1));
         let rgba = toned(LEAF, random.between(0.7, 1.2));

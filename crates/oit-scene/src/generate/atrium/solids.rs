@@ -109,17 +109,49 @@ impl Solids {
         push_cells(&mut self.mesh, first, columns, rows);
     }
 
-    /// A closed box between two corners.
+    /// A box between two corners.
     pub(super) fn block(&mut self, place: &Place, low: [f32; 3], high: [f32; 3], rgba: [u8; 4]) {
+        self.run(place, low, high, [true; 2], rgba);
+    }
+
+    /// A box between two corners, with or without its ends towards -x and +x: where the next one
+    /// goes on, two faces would lie in one another.
+    pub(super) fn run(
+        &mut self,
+        place: &Place,
+        low: [f32; 3],
+        high: [f32; 3],
+        ends: [bool; 2],
+        rgba: [u8; 4],
+    ) {
         let cells = [self.cells(1, 1); 2];
         let corner = |t: [f32; 3]| {
             let [x, y, z] = std::array::from_fn(|i| low[i] + (high[i] - low[i]) * t[i]);
             place.at(x, y, z)
         };
-        for end in [0.0, 1.0] {
-            self.patch(cells, rgba, |u, v| corner([end, u, v]));
-            self.patch(cells, rgba, |u, v| corner([u, end, v]));
-            self.patch(cells, rgba, |u, v| corner([u, v, end]));
+        for (side, end) in [0.0, 1.0].into_iter().zip(ends) {
+            if end {
+                self.patch(cells, rgba, |u, v| corner([side, u, v]));
+            }
+            self.patch(cells, rgba, |u, v| corner([u, side, v]));
+            self.patch(cells, rgba, |u, v| corner([u, v, side]));
+        }
+    }
+
+    /// The upper and the lower face of a floor; its x and z run from `low` to `high`.
+    pub(super) fn slab(
+        &mut self,
+        place: &Place,
+        [low, high]: [[f32; 2]; 2],
+        faces: [f32; 2],
+        rgba: [u8; 4],
+    ) {
+        let cells = [self.cells(4, 1); 2];
+        for y in faces {
+            self.patch(cells, rgba, |u, v| {
+                let between = |i: usize, t: f32| low[i] + (high[i] - low[i]) * t;
+                place.at(between(0, u), y, between(1, v))
+            });
         }
     }
 
