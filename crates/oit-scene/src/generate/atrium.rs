@@ -19,14 +19,14 @@ use solids::{Arch, Place, Solids};
 pub(super) struct Atrium;
 
 const PARAMETERS: &[Parameter] = &[
-    Parameter::integer("bays_long", "Arches along the court's long side.", 8, 1, 256),
-    Parameter::integer("bays_wide", "Arches along its short side.", 3, 1, 256),
+    Parameter::integer("bays_long", "Arches along the court's long side.", 8, 1, 64),
+    Parameter::integer("bays_wide", "Arches along its short side.", 3, 1, 64),
     Parameter::number(
         "detail",
         "Triangles as a share of the full ones; the surfaces stay the same.",
         1.0,
         0.01,
-        64.0,
+        16.0,
     ),
     Parameter::number("alpha", "Opacity of every material as a share of its own.", 1.0, 0.0, 2.0),
     Parameter::integer(
