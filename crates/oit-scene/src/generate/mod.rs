@@ -1,10 +1,14 @@
 //! Generators: one file each, listed in [`GENERATORS`].
 
+mod atrium;
+mod cyclic;
 mod grid;
 mod hairball;
+mod intersecting;
 mod planes;
 mod random_triangles;
 mod shapes;
+mod shells;
 mod stack;
 
 use crate::{MAX_TRIANGLES, Mesh, Parameter, Params};
@@ -29,6 +33,10 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &stack::Stack,
     &hairball::Hairball,
     &random_triangles::RandomTriangles,
+    &atrium::Atrium,
+    &cyclic::Cyclic,
+    &intersecting::Intersecting,
+    &shells::Shells,
 ];
 
 /// Why a generator refuses.

@@ -1,6 +1,8 @@
 //! What several generators are made of.
 
-use crate::mesh::to_byte;
+use std::f32::consts::PI;
+
+use crate::mesh::{flat_normal, to_byte};
 use crate::{Mesh, Vertex};
 
 /// Appends an upright rectangle about `centre`, facing +z, cut into `columns` x `rows` cells of two
@@ -34,6 +36,38 @@ pub(super) fn push_cells(mesh: &mut Mesh, first: u32, columns: u32, rows: u32) {
             mesh.indices.extend([a, b, d, a, d, c]);
         }
     }
+}
+
+/// Appends two triangles over four corners of one plane, in the order they go round.
+pub(super) fn push_quad(mesh: &mut Mesh, corners: [[f32; 3]; 4], rgba: [u8; 4]) {
+    let first = mesh.vertices.len() as u32;
+    let normal = flat_normal(corners[0], corners[1], corners[2]);
+    mesh.vertices.extend(corners.map(|position| Vertex { position, normal, rgba }));
+    mesh.indices.extend([0, 1, 2, 0, 2, 3].map(|corner| first + corner));
+}
+
+/// Appends a sphere: rings about the z axis, written from the pole towards +z to the other, of twice
+/// as many sectors. Two triangles per cell; one of the two is empty in the first and last ring.
+pub(super) fn push_sphere(
+    mesh: &mut Mesh,
+    centre: [f32; 3],
+    radius: f32,
+    rings: u32,
+    rgba: [u8; 4],
+) {
+    let sectors = 2 * rings;
+    let first = mesh.vertices.len() as u32;
+    for ring in 0..=rings {
+        let (sin, cos) = (PI * ring as f32 / rings as f32).sin_cos();
+        for sector in 0..=sectors {
+            // The seam's two sides are the same numbers, so that no pixel falls between them.
+            let (y, x) = (2.0 * PI * (sector % sectors) as f32 / sectors as f32).sin_cos();
+            let normal = [sin * x, sin * y, cos];
+            let position = std::array::from_fn(|i| centre[i] + radius * normal[i]);
+            mesh.vertices.push(Vertex { position, normal, rgba });
+        }
+    }
+    push_cells(mesh, first, sectors, rings);
 }
 
 /// A colour for the i-th of many parts: hues a golden angle apart, so that neighbours differ.

@@ -1,8 +1,6 @@
-use std::f32::consts::PI;
-
-use super::shapes::{part_colour, push_cells, push_rectangle};
+use super::shapes::{part_colour, push_rectangle, push_sphere};
 use super::{GenerateError, Generator, check_triangles, spaced};
-use crate::{Mesh, Parameter, Params, Vertex, shuffle_triangles};
+use crate::{Mesh, Parameter, Params, shuffle_triangles};
 
 /// Squares or spheres behind one another on the z axis about the origin. A pixel in the middle has
 /// exactly `count` fragments for squares and twice as many for spheres.
@@ -46,7 +44,7 @@ impl Generator for Stack {
             if square {
                 push_rectangle(&mut mesh, [0.0, 0.0, z], [size, size], [cells, cells], rgba);
             } else {
-                push_sphere(&mut mesh, z, size / 2.0, cells as u32, rgba);
+                push_sphere(&mut mesh, [0.0, 0.0, z], size / 2.0, cells as u32, rgba);
             }
         }
         match params.word("order") {
@@ -56,22 +54,4 @@ impl Generator for Stack {
         }
         Ok(mesh)
     }
-}
-
-/// Rings about the z axis, written from the near pole to the far one. Two triangles per cell; one
-/// of the two is empty in the first and last ring.
-fn push_sphere(mesh: &mut Mesh, z: f32, radius: f32, rings: u32, rgba: [u8; 4]) {
-    let sectors = 2 * rings;
-    let first = mesh.vertices.len() as u32;
-    for ring in 0..=rings {
-        let (sin, cos) = (PI * ring as f32 / rings as f32).sin_cos();
-        for sector in 0..=sectors {
-            // The seam's two sides are the same numbers, so that no pixel falls between them.
-            let (y, x) = (2.0 * PI * (sector % sectors) as f32 / sectors as f32).sin_cos();
-            let normal = [sin * x, sin * y, cos];
-            let [x, y, dz] = normal.map(|n| n * radius);
-            mesh.vertices.push(Vertex { position: [x, y, z + dz], normal, rgba });
-        }
-    }
-    push_cells(mesh, first, sectors, rings);
 }
