@@ -96,7 +96,7 @@ fn buffers_without_pixels_or_fragments_come_back() {
 fn several_chunks_and_batches_come_back() {
     // 70,000 pixels a row: more than a chunk may have; one pixel deeper than a chunk may be.
     let mut lists: Vec<Vec<Fragment>> = (0..70_000u32 * 30)
-        .map(|p| vec![Fragment { rgba: p ^ 0xff00, depth_key: p }; (p % 7 == 0) as usize])
+        .map(|p| vec![Fragment { rgba: p ^ 0xff00, depth_key: p }; usize::from(p % 7 == 0)])
         .collect();
     lists[65_536] = (0..300_000).map(|i| Fragment { rgba: i, depth_key: !i }).collect();
     let lfb = Lfb::from_lists(70_000, 30, &lists);
