@@ -4,6 +4,8 @@
 
 #[path = "gpu/contended.rs"]
 mod contended;
+#[path = "gpu/early_tests.rs"]
+mod early_tests;
 #[path = "gpu/readers.rs"]
 mod readers;
 mod support;

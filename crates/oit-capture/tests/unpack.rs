@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use oit_capture::{
-    Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, LfbReader, Linearized,
-    LinearizedNearest, LinkedList, LinkedPages, Usage, capture,
+    Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, FAULTY, LfbReader,
+    Linearized, LinearizedNearest, LinkedList, LinkedPages, Usage, capture,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
 use oit_gpu::{Contents, GpuError};
@@ -301,10 +301,14 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
 
 #[test]
 fn names_are_found_and_an_unknown_one_lists_what_there_is() {
-    for registered in CAPTURES {
+    for registered in CAPTURES.iter().chain(FAULTY) {
         let name = registered.name();
         assert_eq!(capture(name).expect("registered").name(), name);
-        assert_eq!(CAPTURES.iter().filter(|other| other.name() == name).count(), 1, "{name}");
+        assert_eq!(
+            CAPTURES.iter().chain(FAULTY).filter(|other| other.name() == name).count(),
+            1,
+            "{name}"
+        );
     }
     let message = capture("linkedlist").err().expect("unknown").to_string();
     assert!(message.contains("linkedlist") && message.contains("linked_list"), "{message}");
