@@ -84,6 +84,12 @@ pub trait Capture: Sync {
     /// every buffer that [`Capture::layout_wgsl`], [`Capture::count_wgsl`] and
     /// [`Capture::unpack`] read, so that a stored buffer is resolved without rasterising.
     fn upload(&self, submitted: &Lfb) -> Vec<Buffer>;
+
+    /// The same for a schedule with lists: where fragments lie in the order of the lists
+    /// ([`Capture::needs_lists`]), as a run leaves them whose lists are in the order of pixels.
+    fn upload_in_lists(&self, submitted: &Lfb, _lists: &Lists) -> Vec<Buffer> {
+        self.upload(submitted)
+    }
 }
 
 /// What a count pass found, for the size of a pool.

@@ -2,6 +2,8 @@
 
 mod array3d;
 mod array3d_nearest;
+mod interleaved;
+mod interleaved_lists;
 mod linearized;
 mod linearized_nearest;
 mod linearized_unclipped;
@@ -14,6 +16,8 @@ use oit_scene::Problem;
 use crate::Capture;
 pub use array3d::Array3d;
 pub use array3d_nearest::Array3dNearest;
+pub use interleaved::Interleaved;
+pub use interleaved_lists::InterleavedLists;
 pub use linearized::Linearized;
 pub use linearized_nearest::LinearizedNearest;
 pub use linearized_unclipped::LinearizedUnclipped;
@@ -28,6 +32,8 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &Linearized::SWEEP,
     &Linearized::LOOK_BACK,
     &Linearized::BLEND,
+    &Interleaved,
+    &InterleavedLists,
     &LinkedList::SUBGROUPS,
     &LinkedPages::new(4),
     &LinkedPages::new(6),

@@ -68,12 +68,39 @@ fn stages_are_those_of_the_chapter() {
         ("linked_pages4", &["clear", "capture"]),
         ("linked_pages6", &["clear", "capture"]),
         ("linearized_blend", &["count", "scan", "capture"]),
+        ("interleaved", &["clear", "count", "scan", "capture"]),
+        ("interleaved_lists", &["clear", "count", "group", "scan", "capture"]),
         ("count", &["clear", "count"]),
     ];
     let plans = plans(&request);
     for (name, stages) in expected {
         let plan = plans.iter().find(|plan| &plan.name == name).expect(name);
         assert_eq!(plan.stages(), *stages, "{name}");
+    }
+}
+
+/// What each layout needs beside its pool, in bytes, for 1025 pixels.
+#[test]
+fn tables_have_their_size() {
+    let geometry = geometry(1025, 1);
+    let histogram = DepthHistogram::default();
+    let plans = plans(&request(&geometry, (1025, 1), &histogram));
+    let tables = [
+        ("linearized", vec![("offsets", 4100), ("offsets_sums1", 8)]),
+        ("linearized_sweep", vec![("offsets", 8192)]),
+        ("linearized_lookback", vec![("counts", 4100), ("offsets", 4100), ("offsets_status", 12)]),
+        ("linearized_blend", vec![("offsets", 4100), ("offsets_sums1", 8)]),
+        ("interleaved", vec![("counts", 4100), ("rows", 4 * 33)]),
+        ("interleaved_lists", vec![("bases", 4100), ("counts", 4100), ("rows", 4 * (33 + 3))]),
+    ];
+    let common =
+        ["frame", "vertices", "indices", "total", "row_total", "fragments", "image"].as_slice();
+    for (name, tables) in tables {
+        let plan = plans.iter().find(|plan| plan.name == name).expect(name);
+        let mut found: Vec<_> = plan.buffers.iter().map(|b| (b.name.as_str(), b.bytes)).collect();
+        found.retain(|(name, _)| !common.contains(name) && !name.starts_with("group_"));
+        found.sort_unstable();
+        assert_eq!(found, tables, "{name}");
     }
 }
 

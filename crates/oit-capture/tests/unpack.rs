@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use oit_capture::{
-    Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, FAULTY, LfbReader,
-    Linearized, LinearizedNearest, LinkedList, LinkedPages, Usage, capture,
+    Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, FAULTY, Interleaved,
+    InterleavedLists, LfbReader, Linearized, LinearizedNearest, LinkedList, LinkedPages, Lists,
+    Usage, capture,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
-use oit_gpu::{Contents, GpuError};
+use oit_gpu::{Buffer, Contents, GpuError};
 use oit_scene::SplitMix64;
 use proptest::prelude::*;
 
@@ -49,8 +50,12 @@ fn bytes(words: impl IntoIterator<Item = u32>) -> Vec<u8> {
 
 /// What a device leaves of these fragments in a pool that holds them.
 fn memory(capture: &dyn Capture, lfb: &Lfb) -> Memory {
+    memory_of(capture.upload(lfb), lfb)
+}
+
+fn memory_of(uploaded: Vec<Buffer>, lfb: &Lfb) -> Memory {
     let mut buffers = HashMap::new();
-    for buffer in capture.upload(lfb) {
+    for buffer in uploaded {
         let Contents::Data(bytes) = buffer.contents else { panic!("{} holds data", buffer.name) };
         buffers.insert(buffer.name, bytes.to_vec());
     }
@@ -92,8 +97,10 @@ fn what_a_device_leaves_is_read_in_the_order_of_the_twin() {
             let counts: Vec<u32> = submitted.counts().collect();
             let histogram = &submitted.histogram();
             let demand = Demand { counts: &counts, histogram, lists: None };
-            if !capture.needs_lists() {
-                let (slots, used) = (capture.slots(&demand), usage.slots);
+            let (slots, used) = (capture.slots(&demand), usage.slots);
+            if capture.needs_lists() {
+                assert!(used <= slots, "{}: {used} of {slots}", capture.name());
+            } else {
                 // Some ask for a little more than the fragments take if none are in each other's way.
                 assert!(used <= slots && slots - used <= used / 32, "{}", capture.name());
             }
@@ -258,6 +265,79 @@ fn an_array_keeps_the_layers_that_fit() {
 }
 
 #[test]
+fn groups_that_are_none_are_refused() {
+    let f = Fragment::new(0.5, [1, 2, 3, 4]);
+    let lists: Vec<_> = (0..80).map(|pixel| vec![f; [2, 0, 1, 1, 3][pixel % 5]]).collect();
+    let lfb = Lfb::from_lists(40, 2, &lists);
+    let rows: (&dyn Capture, _) = (&Interleaved, [("rows", 1, 4), ("rows", 2, 5), ("rows", 0, 1)]);
+    // Pixel 4 has 3 fragments and the base 3 or 4: that of pixel 5, another row, no group at all.
+    let bases: (&dyn Capture, _) =
+        (&InterleavedLists, [("bases", 4, 4), ("bases", 4, 40), ("bases", 4, 96 * 3)]);
+    for (capture, places) in [rows, bases] {
+        // Also where the fault lies beyond the pool.
+        for pool in [2, 40, 1000] {
+            let good = cut(memory(capture, &lfb), pool);
+            assert!(good.unpack(capture).is_ok(), "{}", capture.name());
+            let others = [
+                ("total", 0, 111),
+                ("row_total", 0, 10),
+                ("row_total", 0, 8),
+                ("counts", 1, 1),
+                ("counts", 4, 2),
+            ];
+            for (buffer, word, value) in places.into_iter().chain(others) {
+                let mut memory = good.clone();
+                memory.set(buffer, word, value);
+                let refused = memory.unpack(capture);
+                let name = capture.name();
+                assert!(
+                    matches!(refused, Err(CaptureError::Damaged(LfbError::Structure { .. }))),
+                    "{name}: {buffer} {word} {value}: {refused:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The worst order of a list: its deepest pixels each in a group of their own.
+#[test]
+fn demand_in_lists_holds_for_the_worst_order() {
+    let counts: Vec<u32> = (0..200).map(|pixel| [0, 1, 9, 30, 2][pixel % 5]).collect();
+    let histogram = &DepthHistogram::from_counts(counts.iter().copied());
+    let lists = Lists { firsts: vec![0, 200], uppers: vec![4, 16] };
+    let demand = Demand { counts: &counts, histogram, lists: Some(&lists) };
+    // 80 pixels with 1 or 2 in three groups, 80 with 9 or 30 (more than the last bound) in three.
+    assert_eq!(InterleavedLists.slots(&demand), 32 * (3 * 2 + 3 * 30));
+    let lists = Lists { firsts: vec![0], uppers: vec![4] };
+    let demand = Demand { lists: Some(&lists), ..demand };
+    assert_eq!(InterleavedLists.slots(&demand), 32 * (5 * 30));
+    // Groups by pixel: each has a pixel of 30; the last has eight pixels only.
+    assert_eq!(Interleaved.slots(&demand), 32 * 7 * 30);
+}
+
+#[test]
+fn buffers_are_laid_out_by_lists() {
+    let submitted = random_lfb(3, 31, 17);
+    let lists = Lists { firsts: vec![0, 527], uppers: vec![1, 3] };
+    for capture in CAPTURES {
+        let memory = memory_of(capture.upload_in_lists(&submitted, &lists), &submitted);
+        let mut expected = submitted.clone();
+        capture.order(&mut expected);
+        assert_eq!(memory.unpack(*capture).expect("undamaged"), expected, "{}", capture.name());
+    }
+    let memory = memory_of(InterleavedLists.upload_in_lists(&submitted, &lists), &submitted);
+    let bases = |pixel: usize| {
+        let bytes = &memory.buffers["bases"][4 * pixel..4 * pixel + 4];
+        u32::from_le_bytes(bytes.try_into().expect("four bytes"))
+    };
+    // The first list is of pixels with one fragment: a row for each 32.
+    let shallow = (0..submitted.pixels()).filter(|&pixel| submitted.pixel(pixel).len() == 1);
+    for (place, pixel) in shallow.enumerate() {
+        assert_eq!(bases(pixel) as usize, place);
+    }
+}
+
+#[test]
 fn a_buffer_that_cannot_be_read_is_an_error() {
     for capture in CAPTURES {
         let good = memory(*capture, &random_lfb(1, 4, 4));
@@ -292,6 +372,12 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
     assert_eq!(refuses(&Linearized::LOOK_BACK, &below), None);
     assert_eq!(refuses(&Linearized::BLOCKS, &full), None);
     assert!(refuses(&Linearized::BLOCKS, &vec![1 << 24; 256]).is_some());
+    for capture in [&Interleaved as &dyn Capture, &InterleavedLists] {
+        // A row of a group is 32 slots, and so are 32 pixels.
+        assert_eq!(refuses(capture, &full), None);
+        let reason = refuses(capture, &vec![1 << 24; 256]).expect("too many");
+        assert!(reason.contains("4294967296 slots"), "{reason}");
+    }
     assert_eq!(refuses(&Linearized::BLEND, &[1 << 24]), None);
     assert!(refuses(&Linearized::BLEND, &[(1 << 24) + 1]).is_some());
     for capture in CAPTURES {
@@ -327,10 +413,10 @@ proptest! {
         let words = bytes(words);
         let names = [
             "heads", "nexts", "fragments", "node_count", "offsets", "total", "counts", "page_count",
-            "fills", "dropped",
+            "fills", "dropped", "rows", "row_total", "bases",
         ];
         let names = names.into_iter().enumerate();
-        let part = |i: usize| words[(i * words.len() / 20) & !3..].to_vec();
+        let part = |i: usize| words[(i * words.len() / 26) & !3..].to_vec();
         let buffers = names.map(|(i, name)| (name.to_owned(), part(i))).collect();
         let memory = Memory { width_px, height_px, pool_slots, buffers };
         for capture in CAPTURES {

@@ -25,9 +25,10 @@ use crate::{
 /// [`Linearized::LOOK_BACK`] counts in a buffer of its own, `counts`.
 ///
 /// Beside what is read and written for each fragment (4 bytes to count it and 4 to place it), and in
-/// bytes a pixel: `clear` writes 4 for the counts; `scan` as [`Scan`] says; a resolve reads 4 once
-/// each offset is in a cache. Blending has no `clear`: `count` clears the target (4 written), and
-/// copies it (4 read, 4 written).
+/// bytes a pixel: `clear` writes 4 for the counts; `scan` reads 8 and writes 4 by blocks, reads 16
+/// and writes 12 by sweeps, reads 4 and writes 4 looking back; a resolve reads 4 once each offset is
+/// in a cache. Blending has no `clear`: `count` clears the target (4 written) and copies it (4 read,
+/// 4 written).
 ///
 /// In a pool that is too small the runs that fit are whole, one is cut, and those behind it are
 /// empty: `offsets` then say where the runs would be.

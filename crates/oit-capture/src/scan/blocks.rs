@@ -1,6 +1,6 @@
 //! Sums of blocks, sums of blocks of these, and down again block by block.
 //!
-//! Each level is read twice and written once: 12 bytes a value, and 12 more for each 1024.
+//! Each level is read twice and written once: 12 bytes a value, and 16 more for each 1024.
 
 use oit_gpu::{Buffer, Pass, Shader};
 

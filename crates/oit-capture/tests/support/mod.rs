@@ -1,9 +1,10 @@
 //! Small scenes for the tests.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use oit_capture::{Capture, CaptureRequest, Geometry};
+use oit_bma::{GroupRequest, Intervals, ListGrouping, list_grouping};
+use oit_capture::{Capture, CaptureRequest, Geometry, Lists};
 use oit_fragments::DepthHistogram;
-use oit_gpu::Plan;
+use oit_gpu::{Buffer, Plan};
 use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
 
 pub(crate) const UNLIT: Shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
@@ -144,13 +145,37 @@ pub(crate) fn request<'a>(
     }
 }
 
-/// The plan of a capture alone.
+/// The plan of a capture alone, with lists of pixels where it needs them.
 pub(crate) fn capture_plan(capture: &dyn Capture, request: &CaptureRequest) -> Plan {
-    let passes = capture.build(request);
-    Plan {
+    let (grouping, lists) = grouping(capture, (request.width_px, request.height_px));
+    let lists = capture.needs_lists().then_some(&lists);
+    let passes = capture.build(&CaptureRequest { lists, ..*request });
+    let mut plan = Plan {
         name: capture.name().into(),
         buffers: passes.buffers,
         targets: passes.targets,
         passes: passes.passes,
+    };
+    assert_eq!(passes.lists_at.is_some(), capture.needs_lists(), "{}", capture.name());
+    if let Some(at) = passes.lists_at {
+        plan.passes.splice(at..at, grouping.passes);
+        plan.buffers.extend(grouping.buffers);
+        // Grouping sets pixels without fragments to nothing in the picture.
+        let pixels = u64::from(request.width_px) * u64::from(request.height_px);
+        plan.buffers.push(Buffer::new("image", 16 * pixels));
     }
+    plan
+}
+
+/// How the schedule of these tests groups pixels: the last list takes most of the deep ones.
+pub(crate) fn grouping(
+    capture: &dyn Capture,
+    (width_px, height_px): (u32, u32),
+) -> (ListGrouping, Lists) {
+    let uppers = vec![2, 5, 9];
+    let intervals = Intervals::from_uppers(uppers.clone()).expect("rising bounds");
+    let count_wgsl = &capture.count_wgsl();
+    let grouping = list_grouping(&GroupRequest { count_wgsl, width_px, height_px }, &intervals);
+    let lists = Lists { firsts: grouping.firsts.clone(), uppers };
+    (grouping, lists)
 }
