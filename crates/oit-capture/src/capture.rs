@@ -56,6 +56,11 @@ pub trait Capture: Sync {
         false
     }
 
+    /// Whether its drawing pass can mark pixels ([`CaptureRequest::mark`]).
+    fn marks(&self) -> bool {
+        true
+    }
+
     /// The passes that fill the buffer, and what they need.
     fn build(&self, request: &CaptureRequest) -> CapturePasses;
 
@@ -175,6 +180,14 @@ pub enum CaptureError {
     Lost {
         /// The first such node.
         node: usize,
+    },
+    /// The pass that counts and the one that captures met different fragments.
+    #[error("{counted} fragments were counted and {captured} captured")]
+    Disagree {
+        /// Fragments that the first pass met.
+        counted: u32,
+        /// Fragments that the second pass met.
+        captured: u32,
     },
     /// What was read is no layered fragment buffer.
     #[error(transparent)]

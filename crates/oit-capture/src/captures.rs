@@ -6,6 +6,7 @@ mod interleaved;
 mod interleaved_lists;
 mod linearized;
 mod linearized_nearest;
+mod linearized_unclipped;
 mod linked_list;
 mod linked_pages;
 mod nearest;
@@ -19,6 +20,7 @@ pub use interleaved::Interleaved;
 pub use interleaved_lists::InterleavedLists;
 pub use linearized::Linearized;
 pub use linearized_nearest::LinearizedNearest;
+pub use linearized_unclipped::LinearizedUnclipped;
 pub use linked_list::LinkedList;
 pub use linked_pages::LinkedPages;
 
@@ -39,17 +41,23 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &Array3dNearest,
 ];
 
+/// Captures that are kept to show what is wrong with them: they do not agree with the others, and
+/// are found by name alone.
+pub const FAULTY: &[&dyn Capture] =
+    &[&LinearizedUnclipped { late: false }, &LinearizedUnclipped { late: true }];
+
 /// A name that no capture method has, with the nearest ones.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownCapture(pub Problem);
 
-/// The capture method of this name.
+/// The capture method of this name, a faulty one too.
 ///
 /// # Errors
 /// Where there is none.
 pub fn capture(name: &str) -> Result<&'static dyn Capture, UnknownCapture> {
-    let names = || CAPTURES.iter().map(|capture| capture.name());
-    let found = CAPTURES.iter().find(|capture| capture.name() == name);
+    let all = || CAPTURES.iter().chain(FAULTY);
+    let names = || all().map(|capture| capture.name());
+    let found = all().find(|capture| capture.name() == name);
     found.copied().ok_or_else(|| UnknownCapture(Problem::unknown("capture", name, names())))
 }

@@ -8,7 +8,7 @@ use oit_gpu::{
 use crate::scan::workgroups;
 use crate::{CaptureRequest, Geometry};
 
-const FRAME: &str = include_str!("wgsl/frame.wgsl");
+pub(crate) const FRAME: &str = include_str!("wgsl/frame.wgsl");
 const SCENE: &str = include_str!("wgsl/scene.wgsl");
 const COUNT: &str = include_str!("wgsl/count.wgsl");
 const COUNT_BY_BLENDING: &str = include_str!("wgsl/count_by_blending.wgsl");
@@ -116,9 +116,9 @@ pub(crate) fn capture_pass(request: &CaptureRequest, label: &str, fs: &[&str]) -
     pass("capture", shader, request.geometry.draw(), request.mark.cloned())
 }
 
-/// No depth or stencil test rejects anything, so no fragment is rejected after its shader ran: what
+/// A drawing pass that writes buffers alone. No depth or stencil test rejects anything, so no fragment is rejected after its shader ran: what
 /// lies before the near or behind the far plane is clipped, in every pass alike.
-fn pass(
+pub(crate) fn pass(
     stage: &'static str,
     shader: Shader,
     draw: oit_gpu::Draw,

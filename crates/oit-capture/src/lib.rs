@@ -10,8 +10,8 @@ mod scan;
 
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
-    Array3d, Array3dNearest, CAPTURES, Interleaved, InterleavedLists, Linearized,
-    LinearizedNearest, LinkedList, LinkedPages, UnknownCapture, capture,
+    Array3d, Array3dNearest, CAPTURES, FAULTY, Interleaved, InterleavedLists, Linearized,
+    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedPages, UnknownCapture, capture,
 };
 pub use draw::count_plan;
 pub use frame::Frame;

@@ -4,6 +4,8 @@
 
 #[path = "gpu/contended.rs"]
 mod contended;
+#[path = "gpu/early_tests.rs"]
+mod early_tests;
 #[path = "gpu/readers.rs"]
 mod readers;
 mod support;
@@ -205,7 +207,13 @@ fn captures_agree_with_each_other_and_with_the_cpu() {
                     let slots = view.slots(capture);
                     let Ran { lfb, usage, counted } = run(device, capture, &view, slots);
                     assert_eq!(usage.fragments, view.total(), "{name}");
-                    assert!(needs(slots, usage.slots), "{name}: {slots} for {}", usage.slots);
+                    // Lists are in another order each time, and the demand is for the worst.
+                    let enough = if capture.needs_lists() {
+                        usage.slots <= slots
+                    } else {
+                        needs(slots, usage.slots)
+                    };
+                    assert!(enough, "{name}: {slots} for {}", usage.slots);
                     assert!(counted == view.counts, "{name}: counts differ from the count pass's");
                     assert!(lfb.counts().eq(counted), "{name}: unpacked counts");
                     let first = first.get_or_insert_with(|| lfb.clone());

@@ -257,8 +257,7 @@ pub fn parse_ties(text: &str) -> Result<Ties, TechniqueError> {
 /// # Errors
 /// Where there is none.
 pub fn parse_capture(text: &str) -> Result<&'static dyn Capture, TechniqueError> {
-    let found = oit_capture::CAPTURES.iter().copied().find(|capture| capture.name() == text);
-    found.ok_or_else(|| {
+    oit_capture::capture(text).map_err(|_| {
         unknown("capture", text, oit_capture::CAPTURES.iter().map(|capture| capture.name()))
     })
 }

@@ -207,8 +207,7 @@ fn toned([r, g, b, a]: [u8; 4], tone: f32) -> [u8; 4] {
 fn column(solids: &mut Solids, bay: &Bay) {
     let place = bay.place.moved(-BAY / 2.0, 0.0, 0.0);
     solids.block(&place, [-0.36, SUNK, -0.36], [0.36, 0.2, 0.36], LIMESTONE);
-    let base =
-        [[0.33, 0.2], [0.36, 0.25], [0.33, 0.3], [0.29, 0.33], [0.31, 0.37], [0.28, 0.42]];
+    let base = [[0.33, 0.2], [0.36, 0.25], [0.33, 0.3], [0.29, 0.33], [0.31, 0.37], [0.28, 0.42]];
     solids.turned(&place, &base, [36, 1], 0, MARBLE);
     let shaft = [[0.27, 0.42], [0.275, 1.2], [0.23, SPRING - 0.55]];
     solids.turned(&place, &shaft, [64, 3], 16, MARBLE);
@@ -220,12 +219,7 @@ fn column(solids: &mut Solids, bay: &Bay) {
         [0.38, SPRING - 0.12],
     ];
     solids.turned(&place, &capital, [36, 1], 8, MARBLE);
-    solids.block(
-        &place,
-        [-0.37, SPRING - 0.12, -0.37],
-        [0.37, SPRING, 0.37],
-        LIMESTONE,
-    );
+    solids.block(&place, [-0.37, SPRING - 0.12, -0.37], [0.37, SPRING, 0.37], LIMESTONE);
 }
 
 /// The wall over an arch downstairs, and the moulding that runs along it.

@@ -1,0 +1,15 @@
+// As linearized.wgsl, of geometry that is not clipped. Follows frame.wgsl and scene.wgsl.
+@group(0) @binding(1) var<storage, read_write> offsets: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read_write> fragments: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read_write> captured: atomic<u32>;
+
+@fragment EARLY
+fn fs(in: Varyings) {
+    if (in.position.z > 0.0) {
+        atomicAdd(&captured, 1u);
+        let slot = atomicAdd(&offsets[pixel_index(in.position)], 1u);
+        if (slot < arrayLength(&fragments)) {
+            fragments[slot] = vec2<u32>(shade(in), depth_key(in.position.z));
+        }
+    }
+}
