@@ -416,6 +416,20 @@ fn a_full_pool_says_what_was_needed() {
     });
 }
 
+#[test]
+fn a_pool_beyond_the_limits_is_not_supported() {
+    on_every_device("too large a pool", |device| {
+        let geometry = Geometry::new(&Mesh::default(), &UNLIT, &pixel_camera(8, 8), 8, 8);
+        let histogram = &DepthHistogram::default();
+        for capture in supported(device) {
+            let request =
+                &CaptureRequest { pool_slots: 1 << 40, ..request(&geometry, (8, 8), histogram) };
+            let refused = device.prepare(&capture_plan(capture, request));
+            assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{}", capture.name());
+        }
+    });
+}
+
 /// Around one, two and three levels of prefix sums.
 #[test]
 fn prefix_sums_hold_at_every_size() {

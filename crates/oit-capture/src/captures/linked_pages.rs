@@ -19,8 +19,8 @@ use crate::{
 ///
 /// The semaphore that Crassin has for each pixel is the top bit of its head, and his index within
 /// the page is counted in the page: then nothing rests on the order in which atomics at two
-/// addresses are seen, of which WGSL promises none. An invocation that has waited for
-/// long fetches a page without the lock, so that none can wait for ever.
+/// addresses are seen, of which WGSL promises none. An invocation that has waited for long fetches a
+/// page without the lock, so that none can wait for ever.
 ///
 /// Buffers: `heads` (a `u32` a pixel: 0, or the newest page plus one), `nexts` (a `u32` a page, the
 /// same), `fills` (a `u32` a page: slots asked for after its first), `fragments` (a `vec2<u32>` a
@@ -37,8 +37,12 @@ pub struct LinkedPages {
 
 impl LinkedPages {
     /// Pages of this many slots, and patience for some hundred times what fetching a page takes.
+    ///
+    /// # Panics
+    /// Where a page would have no slot.
     #[must_use]
     pub const fn new(page: u32) -> Self {
+        assert!(page > 0, "a page has a slot");
         Self { page, tries: 256 }
     }
 
@@ -92,8 +96,8 @@ impl Capture for LinkedPages {
     }
 
     fn citation(&self) -> &'static str {
-        "Crassin, OpenGL 4.0+ A-Buffer V2.0: Linked Lists of Fragment Pages, 2010; Knowles et al., \
-         Efficient Layered Fragment Buffer Techniques, OpenGL Insights, 2012, section 20.2"
+        "Crassin, Linked Lists of Fragment Pages, Icare3D Blog, 2010; Knowles et al., Efficient \
+         Layered Fragment Buffer Techniques, OpenGL Insights, 2012, section 20.2"
     }
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
