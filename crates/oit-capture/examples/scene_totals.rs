@@ -116,9 +116,8 @@ pub fn histogram(
 /// Where a scene cannot be loaded.
 pub fn rows() -> Result<Vec<Row>, SceneError> {
     let entries = list(&scenes())?;
-    let missing = |name: &str| {
-        entries.iter().any(|e| e.name == name && matches!(e.asset, Asset::Missing(_)))
-    };
+    let missing =
+        |name: &str| entries.iter().any(|e| e.name == name && matches!(e.asset, Asset::Missing(_)));
     let mut loaded: BTreeMap<&str, Scene> = BTreeMap::new();
     let mut rows = Vec::new();
     for &published in PUBLISHED.iter().filter(|published| !missing(published.scene)) {
@@ -178,7 +177,8 @@ pub const INTERVALS: [[u32; 2]; 7] =
 pub fn intervals_table(rows: &[Row]) -> String {
     let mut text = "| scene | view | mean |".to_owned();
     for [low, high] in INTERVALS {
-        let _ = if low == high { write!(text, " {low} |") } else { write!(text, " {low}–{high} |") };
+        let _ =
+            if low == high { write!(text, " {low} |") } else { write!(text, " {low}–{high} |") };
     }
     text += "\n|---|---|--:|";
     text += &"--:|".repeat(INTERVALS.len());
@@ -253,9 +253,10 @@ pub fn figure_20_12() -> Result<Vec<GridSetting>, SceneError> {
 
 /// Settings as a Markdown table.
 pub fn grid_table(settings: &[GridSetting]) -> String {
-    let mut text = "| layers | size | tessellation | triangles | fragments | wanted | difference |\n\
+    let mut text =
+        "| layers | size | tessellation | triangles | fragments | wanted | difference |\n\
         |--:|--:|--:|--:|--:|--:|--:|\n"
-        .to_owned();
+            .to_owned();
     for s in settings {
         let _ = writeln!(
             text,

@@ -49,7 +49,8 @@ impl Generator for Cyclic {
             let outward = Vec2::from_angle(TAU * i as f32 / bars as f32);
             let along = outward.perp();
             let corner = |along_by: f32, out_by: f32| {
-                let flat = outward * (radius + half_width * out_by) + along * half_length * along_by;
+                let flat =
+                    outward * (radius + half_width * out_by) + along * half_length * along_by;
                 Vec3::new(flat.x, flat.y, params.number("rise") * along_by).to_array()
             };
             let corners =

@@ -34,7 +34,8 @@ impl Generator for Intersecting {
         let mut mesh = Mesh::default();
         for (i, angle) in (0..).zip(spaced(count, params.number("spread").to_radians())) {
             let across = Vec2::from_angle(angle) * half;
-            let corner = |x: f32, y: f32| Vec3::new(x * across.x, y * half, x * across.y).to_array();
+            let corner =
+                |x: f32, y: f32| Vec3::new(x * across.x, y * half, x * across.y).to_array();
             let corners =
                 [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
             push_quad(&mut mesh, corners, part_colour(i, params.number("alpha")));
