@@ -81,12 +81,12 @@ fn a_small_atrium_has_the_same_layers() {
     let full = scene("atrium", &[]).unwrap();
     let small = scene("atrium", &[("detail", Value::Float(0.1))]).unwrap();
     let share = small.mesh.triangle_count() as f64 / full.mesh.triangle_count() as f64;
-    assert!((0.08..0.16).contains(&share), "{share}");
+    assert!((0.1..0.17).contains(&share), "{share}");
     for view in ATRIUM_VIEWS {
         let [full, small] =
             [&full, &small].map(|scene| histogram(scene, view, [480, 270]).unwrap());
         let ratio = small.total() as f64 / full.total() as f64;
-        assert!((0.95..1.05).contains(&ratio), "{view}: {ratio}");
+        assert!((0.92..1.08).contains(&ratio), "{view}: {ratio}");
     }
 }
 

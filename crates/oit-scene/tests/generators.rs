@@ -119,6 +119,8 @@ fn too_large_is_refused_before_it_is_made() {
         ("grid", vec![("layers", most.clone()), ("tessellation", Value::Integer(1 << 24))]),
         ("stack", vec![("count", most.clone()), ("tessellation", fine)]),
         ("hairball", vec![("strands", Value::Integer(1 << 22)), ("levels", Value::Integer(4096))]),
+        ("shells", vec![("count", 1024.into()), ("tessellation", 1024.into())]),
+        ("atrium", vec![("bays_long", 64.into()), ("bays_wide", 64.into()), ("detail", 16.into())]),
     ] {
         let error = generate(name, &values).unwrap_err();
         assert!(error.to_string().contains("triangles, more than"), "{name}: {error}");
@@ -136,6 +138,10 @@ fn documented_counts() {
     assert_eq!(count("stack", &[("shape", "sphere".into())]), 32 * 8 * 16 * 2);
     assert_eq!(count("hairball", &[]), 2 * 3000 * 240 * 2);
     assert_eq!(count("random_triangles", &[]), 64);
+    assert_eq!(count("cyclic", &[]), 3 * 2);
+    assert_eq!(count("intersecting", &[]), 4 * 2);
+    assert_eq!(count("shells", &[]), 5 * 24 * 48 * 2);
+    assert_eq!(count("atrium", &[]), 279_296);
 }
 
 #[test]
@@ -265,6 +271,47 @@ fn hairball_grows_level_by_level() {
         let share = indices.iter().filter(|i| in_back(i)).count() as f32 / per_level as f32;
         assert!(if back { share > 0.95 } else { share < 0.05 }, "{chunk}: {share}");
     }
+}
+
+/// Triangles by their corners alone, wherever they lie in the mesh.
+fn corners(mesh: &Mesh) -> Vec<[[u32; 3]; 3]> {
+    let (triangles, _) = mesh.indices.as_chunks::<3>();
+    let bits = |i: u32| mesh.vertices[i as usize].position.map(f32::to_bits);
+    let sorted = |triangle: &[u32; 3]| {
+        let mut corners = triangle.map(bits);
+        corners.sort_unstable();
+        corners
+    };
+    triangles.iter().map(sorted).collect()
+}
+
+#[test]
+fn an_atriums_surfaces_do_not_lie_in_one_another() {
+    let mesh = generate("atrium", &[]).unwrap();
+    let mut triangles = corners(&mesh);
+    // Those without area, at poles, draw nothing.
+    triangles.retain(|[a, b, c]| a != b && b != c);
+    let all = triangles.len();
+    triangles.sort_unstable();
+    triangles.dedup();
+    assert_eq!(triangles.len(), all, "some triangle is there twice");
+}
+
+#[test]
+fn an_atrium_is_transparent_and_as_large_as_its_bays() {
+    let mesh = generate("atrium", &[]).unwrap();
+    assert!(mesh.vertices.iter().all(|vertex| (51..=128).contains(&vertex.rgba[3])));
+    let extent = |mesh: &Mesh, axis: usize| {
+        mesh.vertices.iter().map(|vertex| vertex.position[axis]).fold(0.0, f32::max)
+    };
+    let longer = generate("atrium", &[("bays_long", 10.into())]).unwrap();
+    assert!((extent(&longer, 0) - extent(&mesh, 0) - 3.6).abs() < 1e-3, "a bay more at each end");
+    assert_eq!(extent(&longer, 2), extent(&mesh, 2));
+
+    let clear = generate("atrium", &[("alpha", 0.5.into())]).unwrap();
+    assert_eq!(clear.indices, mesh.indices);
+    let halves = mesh.vertices.iter().zip(&clear.vertices);
+    assert!(halves.into_iter().all(|(full, half)| full.rgba[3].abs_diff(2 * half.rgba[3]) <= 1));
 }
 
 #[test]

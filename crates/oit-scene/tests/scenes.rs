@@ -20,7 +20,19 @@ fn every_scene_file_loads() {
     let names: Vec<_> = entries.iter().map(|entry| entry.name.as_str()).collect();
     assert_eq!(
         names,
-        ["dragon", "grid", "hairball", "planes", "planes2", "random_triangles", "stack"]
+        [
+            "atrium",
+            "cyclic",
+            "dragon",
+            "grid",
+            "hairball",
+            "intersecting",
+            "planes",
+            "planes2",
+            "random_triangles",
+            "shells",
+            "stack"
+        ]
     );
     for entry in &entries {
         assert!(entry.about.len() > 100, "{}: say what it is and its source", entry.name);
@@ -123,7 +135,7 @@ fn every_mistake_is_named_with_its_line() {
         (
             "\"stack\"",
             "\"teapot\"",
-            ":4: unknown generator `teapot`, valid: `planes`, `grid`, `stack`, `hairball`, `random_triangles`",
+            ":4: unknown generator `teapot`, valid: `planes`, `grid`, `stack`, `hairball`, `random_triangles`, `atrium`, `cyclic`, `intersecting`, `shells`",
         ),
         ("count = 2", "cuont = 2", ":5: unknown parameter `cuont`, the nearest valid: `count`"),
         ("count = 2", "count = 2.5", ":5: parameter `count` must be a whole number, found: float"),

@@ -23,7 +23,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter::integer("bays_wide", "Arches along its short side.", 3, 1, 64),
     Parameter::number(
         "detail",
-        "Triangles as a share of the full ones; the surfaces stay the same.",
+        "Triangles as a share of the full ones, about; no fewer than its surfaces need, a tenth.",
         1.0,
         0.01,
         16.0,
@@ -233,7 +233,7 @@ fn arcade(solids: &mut Solids, bay: &Bay) {
 
 /// A rounded band along the court's side of the wall.
 fn moulding(solids: &mut Solids, bay: &Bay, y: f32, height: f32) {
-    let cells = [solids.cells(10, 1), solids.cells(12, 4)];
+    let cells = [solids.cells(10, 1), solids.cells(12, 3)];
     solids.patch(cells, MARBLE, |u, v| {
         let (sin, cos) = (PI * v).sin_cos();
         bay.place.at(BAY * (u - 0.5), y + height * (0.5 - 0.5 * cos), -0.25 - 0.12 * sin)
@@ -243,7 +243,7 @@ fn moulding(solids: &mut Solids, bay: &Bay, y: f32, height: f32) {
 /// A groin vault, the arches it springs from across the gallery, and the floor above it.
 fn vault(solids: &mut Solids, cell: &Cell) {
     let place = cell.place.moved(0.0, 0.0, BAY / 2.0);
-    let cells = [solids.cells(12, 4); 2];
+    let cells = [solids.cells(12, 2); 2];
     for shell in [0.0, 0.12] {
         solids.patch(cells, PLASTER, |u, v| {
             let round = |t: f32| (1.0 - (2.0 * t - 1.0).powi(2)).max(0.0).sqrt();
@@ -394,7 +394,7 @@ fn roof(solids: &mut Solids, cell: &Cell) {
         let low = [x - 0.07, EAVES - 0.22, -half];
         solids.block(&place, low, [x + 0.07, EAVES - 0.01, half], TIMBER);
     }
-    let cells = [solids.cells(40, 6), solids.cells(8, 4)];
+    let cells = [solids.cells(40, 2), solids.cells(8, 2)];
     solids.patch(cells, ROOF_TILE, |u, v| {
         // In a corner the slopes of both galleries meet along the diagonal.
         let across = if cell.corner { u.max(v) } else { v };
@@ -428,7 +428,7 @@ fn curtains(solids: &mut Solids, bay: &Bay, rgba: [u8; 4], random: &mut SplitMix
 fn banner(solids: &mut Solids, bay: &Bay, rgba: [u8; 4], random: &mut SplitMix64) {
     let rail = bay.place.moved(0.0, UPPER + 0.97, -0.45);
     let phase = random.between(0.0, TAU);
-    let cells = [solids.cells(24, 8), solids.cells(24, 6)];
+    let cells = [solids.cells(24, 4), solids.cells(24, 4)];
     solids.patch(cells, rgba, |u, v| {
         let point = 0.35 * (1.0 - (2.0 * u - 1.0).abs());
         let wave = 0.08 * v * (phase + 5.0 * v + TAU * 2.5 * u).sin();
@@ -459,7 +459,7 @@ fn potted_plant(solids: &mut Solids, place: &Place, random: &mut SplitMix64) {
         [0.0, 0.58],
     ];
     solids.turned(place, &pot, [28, 1], 0, TERRACOTTA);
-    let cells = [solids.cells(2, 1), solids.cells(6, 2)];
+    let cells = [solids.cells(2, 1), solids.cells(6, 1)];
     for _ in 0..29 {
         let (sin, cos) = random.between(0.0, TAU).sin_cos();
         let (length, lean) = (random.between(0.5, 1.1), random.between(0.2, 1.1));

@@ -3,13 +3,14 @@ use super::{GenerateError, Generator, check_triangles, spaced};
 use crate::{Mesh, Parameter, Params};
 
 /// Closed spheres about the origin, one in the other. Every shell has surfaces on both sides of those
-/// inside it, so from outside no order of whole shells is right.
+/// inside it, so from outside no order of whole shells is right. Shells closer together than their
+/// triangles are deep cannot be drawn by sorting those either.
 pub(super) struct Shells;
 
 const PARAMETERS: &[Parameter] = &[
     Parameter::integer("count", "Spheres.", 5, 1, 1024),
     Parameter::number("outer", "Radius of the largest.", 1.0, 1e-3, 1e6),
-    Parameter::number("inner", "Radius of the smallest.", 0.4, 1e-3, 1e6),
+    Parameter::number("inner", "Radius of the smallest.", 0.8, 1e-3, 1e6),
     Parameter::integer("tessellation", "Rings of a sphere; twice as many sectors.", 24, 3, 1024),
     Parameter::number("alpha", "Opacity of every shell.", 0.5, 0.0, 1.0),
 ];

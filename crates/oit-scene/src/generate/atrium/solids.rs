@@ -156,7 +156,7 @@ impl Solids {
     }
 
     /// What a profile of (radius, height) gives when it is turned about the upright through the
-    /// place's origin. `rows` are the rows of each of its segments; `flutes` are hollows of a tenth
+    /// place's origin. `rows` are the rows of each of its segments at full detail; `flutes` are hollows of a tenth
     /// of the radius.
     pub(super) fn turned(
         &mut self,
@@ -167,10 +167,10 @@ impl Solids {
         rgba: [u8; 4],
     ) {
         let segments = profile.len() - 1;
-        let sectors = self.cells(sectors, 5);
+        let sectors = self.cells(sectors, 4);
         // Flutes that have fewer than three cells would be noise.
         let flutes = if sectors >= 3 * flutes { flutes } else { 0 };
-        let cells = [sectors, self.cells(rows, 1) * segments as u32];
+        let cells = [sectors, self.cells(rows * segments as u32, 2.min(segments as u32))];
         self.patch(cells, rgba, |u, v| {
             let along = v * segments as f32;
             let i = (along as usize).min(segments - 1);
