@@ -149,6 +149,12 @@ pub fn assemble(
 ) -> Result<Plan, CellError> {
     needs_lists(technique)?;
     let capture = technique.capture;
+    if technique.schedule == Schedule::BaseStencil && !capture.marks() {
+        return Err(CellError::Unsupported(format!(
+            "{} has a depth target, and no stencil to mark pixels in",
+            capture.name()
+        )));
+    }
     let grouping = list_passes(technique, size, histogram.peak())?;
     let CapturePasses { buffers, targets, passes, lists_at } = match fragments {
         Fragments::Drawn(geometry) => capture.build(&CaptureRequest {
