@@ -44,7 +44,9 @@ pub(crate) fn inflate(packed: &[u8], len: usize, wrapper: Wrapper) -> Result<Vec
         return Err(format!("{} bytes cannot inflate to {len}", packed.len()));
     }
     // One more than needed, so that the stream's end is read however full the buffer is.
-    let mut bytes = vec![0; len + 1];
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(len + 1).map_err(|_| format!("no memory for {len} bytes"))?;
+    bytes.resize(len + 1, 0);
     let mut decompress = Decompress::new(wrapper == Wrapper::Zlib);
     let status = decompress
         .decompress(packed, &mut bytes, FlushDecompress::Finish)

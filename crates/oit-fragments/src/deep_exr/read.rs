@@ -69,9 +69,8 @@ pub fn read_from(file: &[u8]) -> Result<(DeepInfo, Lfb), DeepExrError> {
     let [width, height] = header.data_window.size().expect("checked with the header");
     let rows = find_rows(file, &header, width, height)?;
 
-    // Every row has bytes for its pixels, so that this is in proportion to the file.
-    let mut offsets = Vec::with_capacity(width as usize * height as usize + 1);
-    offsets.push(0);
+    // What the header says is not reserved: this grows with the rows that have been unpacked.
+    let mut offsets = vec![0];
     let mut fragments = Vec::new();
     let mut largest_error = 0f64;
     for batch in rows.chunks(BATCH * rayon::current_num_threads()) {

@@ -14,8 +14,8 @@ pub(super) const MAX_FRAGMENTS: usize = 1 << 18;
 /// Fragments by which the form of a chunk is chosen.
 const SAMPLE: usize = 1 << 13;
 
-/// Deflate's level. On 117.8 M fragments of a hairball, level 6 takes five times as long as level 1
-/// for a sixth fewer bytes.
+/// Deflate's level. The 117.8 M fragments of a hairball take 3.67, 2.74 and 2.71 bytes each at levels
+/// 1, 3 and 6, and level 6 takes more than twice as long as level 3.
 const LEVEL: u32 = 3;
 
 /// How a chunk's fragments are predicted.
@@ -54,7 +54,7 @@ pub(super) fn planes_len(pixels: u64, fragments: u64) -> u64 {
 /// The most bytes that the planes of this length deflate to; deflate adds less than this where it
 /// cannot compress.
 pub(super) fn max_packed_len(planes_len: u64) -> u64 {
-    planes_len + planes_len / 64 + 256
+    planes_len + planes_len / 8 + 256
 }
 
 /// A chunk ready to be written.
