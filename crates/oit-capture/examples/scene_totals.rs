@@ -247,7 +247,7 @@ pub fn figure_20_11() -> Result<Vec<GridSetting>, SceneError> {
 pub fn figure_20_12() -> Result<Vec<GridSetting>, SceneError> {
     let layers = [5, 10, 15, 20, 30, 40, 50, 60, 80, 100, 125, 150, 200, 250];
     // Two triangles a cell, about 750 in all.
-    let tessellation = |layers: u64| (750 / layers + 1) / 2 * 2;
+    let tessellation = |layers: u64| (750 / layers).div_ceil(2) * 2;
     layers.into_iter().map(|layers| grid(layers, tessellation(layers), 8_000_000)).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Our scenes have the fragments and the peaks that the papers give for theirs.
 
 #[path = "../examples/scene_totals.rs"]
-#[allow(dead_code, reason = "the example's own main")]
+#[expect(dead_code, unreachable_pub, reason = "an example has a main and is a crate of its own")]
 mod scene_totals;
 
 use scene_totals::*;

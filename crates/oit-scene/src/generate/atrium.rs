@@ -240,7 +240,7 @@ fn moulding(solids: &mut Solids, bay: &Bay, y: f32, height: f32) {
     });
 }
 
-/// A groin vault, the arches it springs from across the gallery, and the floor above it.
+/// A groin vault, the arch across the gallery at its end towards -x, and the floor above it.
 fn vault(solids: &mut Solids, cell: &Cell) {
     let place = cell.place.moved(0.0, 0.0, BAY / 2.0);
     let cells = [solids.cells(12, 2); 2];
@@ -255,10 +255,6 @@ fn vault(solids: &mut Solids, cell: &Cell) {
     let arch =
         Arch { width: BAY, spring: SPRING, top: UPPER, radius: BAY / 2.0 - 0.32, thickness: 0.4 };
     solids.arch(&across, arch, 24, LIMESTONE);
-    if cell.corner {
-        let along = Place { x: place.x, z: place.z, ..place.moved(0.0, 0.0, -BAY / 2.0) };
-        solids.arch(&along, arch, 24, LIMESTONE);
-    }
     let half = BAY / 2.0;
     solids.slab(&place, [[-half; 2], [half; 2]], [UPPER - 0.25, UPPER], TIMBER);
 }
@@ -460,7 +456,7 @@ fn potted_plant(solids: &mut Solids, place: &Place, random: &mut SplitMix64) {
     ];
     solids.turned(place, &pot, [28, 1], 0, TERRACOTTA);
     let cells = [solids.cells(2, 1), solids.cells(6, 1)];
-    for _ in 0..29 {
+    for _ in 0..31 {
         let (sin, cos) = random.between(0.0, TAU).sin_cos();
         let (length, lean) = (random.between(0.5, 1.1), random.between(0.2, 1.1));
         let rgba = toned(LEAF, random.between(0.7, 1.2));
