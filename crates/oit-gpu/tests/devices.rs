@@ -794,8 +794,9 @@ fn shaders_read_targets(device: &mut dyn Device) {
             return Out(vec4<f32>(at, 0.5, 1.0), textureLoad(first, vec2<i32>(3, 2), 0).x);
         }
         @fragment fn fs(in: Out) -> @location(0) vec4<f32> {
-            let pixel = vec2<i32>(in.at.xy);
-            return vec4<f32>(textureLoad(first, vec2<i32>(pixel.x, 2 - pixel.y), 0).xyz, in.last);
+            // Turned before it is made an integer: at `2 - i32(y)` NVIDIA's driver 580 reads nothing.
+            let pixel = vec2<i32>(vec2<f32>(in.at.x, 3.0 - in.at.y));
+            return vec4<f32>(textureLoad(first, pixel, 0).xyz, in.last);
         }";
     let copy = "
         @group(1) @binding(0) var second: texture_2d<f32>;

@@ -5,7 +5,7 @@ use crate::GpuError;
 use ash::{Entry, ext, vk};
 use std::ffi::{CStr, c_void};
 use std::rc::Rc;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -62,6 +62,7 @@ impl Instance {
             }
             error => failure("creating an instance", error),
         })?;
+        keep_drivers_loaded(&application);
         let mut instance = Self { raw, validation: None, entry };
         if validate {
             instance.validation = Some(instance.listen()?);
@@ -91,6 +92,21 @@ impl Instance {
             .map_err(|error| failure("listening to the validation layer", error))?;
         Ok(Validation { functions, messenger, errors })
     }
+}
+
+/// Drivers are unloaded with the last instance. Some cannot be loaded again and again (NVIDIA 580
+/// gives out after about twenty times, or crashes), so one instance stays to the end of the process.
+fn keep_drivers_loaded(application: &vk::ApplicationInfo) {
+    static KEPT: OnceLock<Option<(Entry, ash::Instance)>> = OnceLock::new();
+    KEPT.get_or_init(|| {
+        let create = vk::InstanceCreateInfo::default().application_info(application);
+        // SAFETY: as in `Instance::new`; the instance and the loader are never given back.
+        unsafe {
+            let entry = Entry::load().ok()?;
+            let instance = entry.create_instance(&create, None).ok()?;
+            Some((entry, instance))
+        }
+    });
 }
 
 impl Drop for Instance {

@@ -131,7 +131,7 @@ impl Physical {
             api: format!("Vulkan {}", version_text(properties.api_version)),
             kind: kind(properties.device_type).to_owned(),
             subgroup_size: Some((p13.min_subgroup_size, p13.max_subgroup_size)),
-            max_storage_buffer_bytes: limits.storage_binding_bytes,
+            max_storage_buffer_bytes: limits.storage_binding_bytes.min(limits.buffer_bytes),
             max_workgroup_bytes: limits.workgroup_bytes,
             max_workgroup_invocations: limits.workgroup_invocations,
             timestamp_period_ns: clock.map(|clock| clock.period_ns),

@@ -88,7 +88,7 @@ pub(super) fn open(adapter: &wgpu::Adapter, index: usize) -> Result<Opened, GpuE
         }
         .to_owned(),
         subgroup_size: has_subgroups.then_some((told.subgroup_min_size, told.subgroup_max_size)),
-        max_storage_buffer_bytes: limits.storage_binding_bytes,
+        max_storage_buffer_bytes: limits.storage_binding_bytes.min(limits.buffer_bytes),
         max_workgroup_bytes: limits.workgroup_bytes,
         max_workgroup_invocations: limits.workgroup_invocations,
         timestamp_period_ns: has_timestamps.then(|| f64::from(queue.get_timestamp_period())),
