@@ -2,6 +2,9 @@
 
 mod bma_figure_5;
 mod compare;
+mod counts;
+mod lfb_figure_20_9;
+pub(crate) mod lfb_views;
 mod pareto;
 mod ratios;
 mod rbs_figure_5;
@@ -10,7 +13,6 @@ mod rbs_table_3;
 pub(crate) mod rbs_views;
 mod sort_depths;
 mod sort_intervals;
-mod stage_times;
 
 pub use compare::compare;
 
@@ -46,5 +48,5 @@ pub const FIGURES: &[&dyn Figure] = &[
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,
-    &stage_times::StageTimes,
+    &lfb_figure_20_9::LfbFigure20_9,
 ];

@@ -100,7 +100,7 @@ impl Evidence for Measured<'_> {
             let technique = &cell.technique;
             ask.scenes.iter().any(|scene| scene == analysis::scene_name(&cell.name.scene))
                 && technique.shader_stage == ask.shader_stage
-                && (technique.max == "peak" && technique.pool_percent == "100")
+                && (technique.max == "peak" && technique.whole_pool())
                 && [ask.sort, ask.than].contains(&technique.sort.as_str())
         };
         let mut ratios = Vec::new();
