@@ -143,7 +143,8 @@ impl Fit {
 /// it, the first x where all are above. `None` where the last is not.
 #[must_use]
 pub(crate) fn passes(shares: &[(f64, f64)], bound: f64) -> Option<f64> {
-    let &(first, _) = shares.first().filter(|_| shares.last().is_some_and(|last| last.1 > bound))?;
+    let &(first, _) =
+        shares.first().filter(|_| shares.last().is_some_and(|last| last.1 > bound))?;
     let Some(below) = shares.iter().rposition(|(_, share)| *share <= bound) else {
         return Some(first);
     };

@@ -70,7 +70,8 @@ impl Figure for LfbFigure20_9 {
                     counts.empty_px.to_string(),
                     more.to_string(),
                 ]);
-                let percent = |count: usize| format!("{:.1} %", 100.0 * count as f64 / pixels as f64);
+                let percent =
+                    |count: usize| format!("{:.1} %", 100.0 * count as f64 / pixels as f64);
                 table.rows.push(vec![
                     group.scene.into(),
                     group.view.into(),

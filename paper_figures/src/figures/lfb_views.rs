@@ -23,3 +23,10 @@ pub(crate) const LAYOUTS: [(&str, &str); 2] = [("L", "linearized"), ("LL", "link
 
 /// The schedule and stage nearest to the chapter's: one program, empty pixels masked by the stencil.
 pub(crate) const AS_PUBLISHED: (&str, &str) = ("base-stencil", "fragment");
+
+impl LfbView {
+    /// Whether a scene, by its name without parameters, and a view are this one.
+    pub(crate) fn is(&self, scene: &str, view: &str) -> bool {
+        (self.scene, self.view) == (scene, view)
+    }
+}

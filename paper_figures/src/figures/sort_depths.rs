@@ -39,7 +39,8 @@ impl Figure for SortDepths {
         for group in groups(tables, ratios::wanted) {
             let Some((depth, covered_px)) = uniform_depth(&group) else { continue };
             let size = [group.width_px, group.height_px];
-            let key = (group.run.name.clone(), scene_name(group.scene), group.view, size, covered_px);
+            let key =
+                (group.run.name.clone(), scene_name(group.scene), group.view, size, covered_px);
             series.entry(key).or_default().insert(depth, group);
         }
         let whole = series.into_iter().filter(|(_, depths)| depths.len() >= 3);
