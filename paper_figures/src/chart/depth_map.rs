@@ -6,7 +6,7 @@ use oit_image::false_color;
 use super::{Chart, LABEL_PX, SMALL_PX};
 use crate::FigureError;
 use crate::canvas::{Anchor, Canvas, Colour, text_width};
-use crate::style::INK;
+use crate::style::{INK, MUTED};
 
 /// One view.
 #[derive(Clone, PartialEq, Debug)]
@@ -147,6 +147,9 @@ fn legend(
         let x = start + f64::from(index) * step;
         canvas.rectangle((x, top), (x + step, top + 10.0), colour(count));
     }
+    // White must not fade into the page.
+    let corners = [(start, top), (end, top), (end, top + 10.0), (start, top + 10.0), (start, top)];
+    canvas.line(&corners, MUTED, 0.5);
     canvas.text((start, top + 19.0), SMALL_PX, INK, Anchor::Start, "1");
     let half = format!("{}", max_frags / 2);
     canvas.text((start + width / 2.0, top + 19.0), SMALL_PX, INK, Anchor::Middle, &half);

@@ -24,7 +24,7 @@ pub(crate) struct Line {
     pub label: String,
     /// Its colour.
     pub colour: Colour,
-    /// By rising x.
+    /// From left to right.
     pub points: Vec<LinePoint>,
 }
 
@@ -39,6 +39,8 @@ pub(crate) struct Scale {
     pub high: f64,
     /// Whether it is logarithmic.
     pub log: bool,
+    /// Whether it falls from left to right.
+    pub falling: bool,
     /// The values to mark; empty for round ones.
     pub ticks: Vec<f64>,
 }
@@ -48,19 +50,30 @@ impl Scale {
     pub(crate) fn from_zero(title: &str, values: impl Iterator<Item = f64>) -> Self {
         let high = values.fold(0.0, f64::max);
         let high = if high > 0.0 { high * 1.05 } else { 1.0 };
-        Self { title: title.to_owned(), low: 0.0, high, log: false, ticks: Vec::new() }
+        Self {
+            title: title.to_owned(),
+            low: 0.0,
+            high,
+            log: false,
+            falling: false,
+            ticks: Vec::new(),
+        }
     }
 
     /// Logarithmic, with room at both ends.
     pub(crate) fn logarithmic(title: &str, values: impl Iterator<Item = f64> + Clone) -> Self {
         let low = values.clone().fold(f64::INFINITY, f64::min) / 1.2;
         let (title, high) = (title.to_owned(), values.fold(0.0, f64::max) * 1.2);
-        Self { title, low, high, log: true, ticks: Vec::new() }
+        Self { title, low, high, log: true, falling: false, ticks: Vec::new() }
     }
 
     fn axis(&self, from_px: f64, to_px: f64) -> Axis {
         let make = if self.log { Axis::log } else { Axis::linear };
-        make(self.low, self.high, from_px, to_px)
+        if self.falling {
+            make(self.low, self.high, to_px, from_px)
+        } else {
+            make(self.low, self.high, from_px, to_px)
+        }
     }
 
     fn marks(&self, axis: &Axis) -> Vec<f64> {
@@ -109,7 +122,7 @@ impl Lines {
         let lines = self.0.iter().flat_map(|panel| &panel.lines);
         let labels = widest(lines.map(|line| line.label.as_str()), SMALL_PX)?;
         let titles = widest(self.0.iter().map(|panel| panel.title.as_str()), LABEL_PX)?;
-        let width = (LEFT_PX + PLOT_WIDTH_PX + labels + 30.0).max(titles + 20.0);
+        let width = (LEFT_PX + PLOT_WIDTH_PX + labels + 40.0).max(titles + 20.0);
         Ok((width, HEAD_PX + self.plot_px() + SCALE_PX))
     }
 
@@ -125,9 +138,12 @@ impl Lines {
         canvas.text((left, top + 24.0), SMALL_PX, MUTED, Anchor::Start, &panel.y.title);
         let x_axis = panel.x.axis(plot + 8.0, right - 4.0);
         let y_axis = panel.y.axis(bottom, plot_top);
+        let marks = panel.x.marks(&x_axis).into_iter().map(|value| (x_axis.at(value), value));
+        let mut marks: Vec<(f64, f64)> = marks.collect();
+        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut free = f64::NEG_INFINITY;
-        for value in panel.x.marks(&x_axis) {
-            let (x, label) = (x_axis.at(value), number(value));
+        for (x, value) in marks {
+            let label = number(value);
             canvas.line(&[(x, plot_top), (x, bottom)], GRID, 1.0);
             let half = text_width(&label, SMALL_PX)? / 2.0;
             if x - half > free {
@@ -182,8 +198,9 @@ impl Lines {
         for (y, line) in labels {
             let Some(last) = line.points.last() else { continue };
             let (end, own) = (x_axis.at(last.x), y_axis.at(last.y[0]));
-            canvas.line(&[(end + 4.0, own), (right + 6.0, y)], line.colour, 0.5);
-            canvas.text((right + 9.0, y), SMALL_PX, INK, Anchor::Start, &line.label);
+            canvas.line(&[(end + 4.0, own), (right + 8.0, y)], line.colour, 0.5);
+            canvas.line(&[(right + 8.0, y), (right + 18.0, y)], line.colour, 2.5);
+            canvas.text((right + 22.0, y), SMALL_PX, INK, Anchor::Start, &line.label);
         }
         Ok(())
     }

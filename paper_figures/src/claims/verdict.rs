@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use analysis::Tables;
 
-use super::evidence::{Measured, Paper};
+use super::measured::Measured;
+use super::paper::Paper;
 use super::{Claim, Finding, all};
 use crate::FigureError;
 use crate::output::{Csv, Stamp, Table};

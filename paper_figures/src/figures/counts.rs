@@ -1,12 +1,16 @@
 //! The map of fragment counts beside a record, in `counts/SCENE_VIEW_WIDTHxHEIGHT.png`: 16-bit grey,
 //! one value a pixel.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
 
+use analysis::{RunInfo, Tables};
+use oit_record::Cell;
+
 use crate::FigureError;
-use crate::data::Group;
+use crate::data::{Group, groups};
 
 /// What a view's map of counts says.
 pub(super) struct Counts {
@@ -20,12 +24,23 @@ pub(super) struct Counts {
     pub(super) empty_px: usize,
 }
 
-/// Where the counts of a group lie.
-fn path(group: &Group) -> PathBuf {
-    let name = format!("{}_{}_{}x{}", group.scene, group.view, group.width_px, group.height_px);
+/// Where the counts of a cell's view lie.
+fn path(run: &RunInfo, cell: &Cell) -> PathBuf {
+    let name = format!("{}_{}_{}x{}", cell.scene, cell.view, cell.width_px, cell.height_px);
     let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
     let name: String = name.chars().map(safe).collect();
-    group.run.folder.join("counts").join(name + ".png")
+    run.folder.join("counts").join(name + ".png")
+}
+
+/// The views that have a map of counts, from the run that speaks for each.
+pub(super) fn views(tables: &Tables) -> Vec<Group<'_>> {
+    // Asked once a view, not once a cell.
+    let mut known: BTreeMap<(usize, String), bool> = BTreeMap::new();
+    for cell in &tables.results {
+        let exists = || path(&tables.runs[cell.run], &cell.name).exists();
+        known.entry((cell.run, cell.name.group())).or_insert_with(exists);
+    }
+    groups(tables, |cell| known.get(&(cell.run, cell.name.group())).copied().unwrap_or(false))
 }
 
 /// Reads the counts of a group; nothing where there is no such file.
@@ -33,7 +48,8 @@ fn path(group: &Group) -> PathBuf {
 /// # Errors
 /// Where the file is damaged or of another size.
 pub(super) fn read(group: &Group) -> Result<Option<Counts>, FigureError> {
-    let path = path(group);
+    let Some(cell) = group.cells.first() else { return Ok(None) };
+    let path = path(group.run, &cell.name);
     if !path.exists() {
         return Ok(None);
     }

@@ -8,7 +8,7 @@ use super::counts;
 use super::lfb_views::VIEWS;
 use crate::FigureError;
 use crate::chart::{DepthMap, DepthMaps, MapScale};
-use crate::data::{by_device, groups, slug, view_of};
+use crate::data::{by_device, slug, view_of};
 use crate::output::{Csv, Output, Stamp, Table};
 
 /// Figure 20.9 of the layered fragment buffer chapter.
@@ -29,7 +29,7 @@ impl Figure for LfbFigure20_9 {
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
         let mut outputs = Vec::new();
-        for (device, groups) in by_device(groups(tables, |_| true)) {
+        for (device, groups) in by_device(counts::views(tables)) {
             let mut csv = Csv {
                 columns: vec![
                     "scene",

@@ -94,7 +94,7 @@ fn attempts<'a>(group: &Group<'a>) -> Vec<Attempt<'a>> {
     all.sort_by_key(|attempt| {
         let t = &attempt.cell.technique;
         let technique = (layout_place(&t.capture), t.capture.clone(), resolve_of(attempt.cell));
-        (technique, t.pool_policy.clone(), attempt.percent)
+        (technique, t.pool_policy.clone(), std::cmp::Reverse(attempt.percent))
     });
     all
 }
@@ -123,6 +123,8 @@ fn output(group: &Group) -> Option<Output> {
         attempts.iter().map(|attempt| f64::from(attempt.percent)),
     );
     let percents: BTreeSet<u32> = attempts.iter().map(|attempt| attempt.percent).collect();
+    // Falling, so that lines end, and are labelled, where they are apart.
+    x.falling = true;
     x.ticks = percents.into_iter().map(f64::from).collect();
     let panel = |title: &str,
                  y_title: &str,

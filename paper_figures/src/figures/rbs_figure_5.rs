@@ -6,7 +6,7 @@ use super::Figure;
 use super::counts::{self, Counts};
 use crate::FigureError;
 use crate::chart::{DepthMap, DepthMaps, MapScale};
-use crate::data::{Group, by_device, groups, slug};
+use crate::data::{Group, by_device, slug};
 use crate::output::{Csv, Output, Stamp, Table};
 
 /// Figure 5 of the register-based block sort paper.
@@ -27,7 +27,7 @@ impl Figure for RbsFigure5 {
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
         let mut outputs = Vec::new();
-        for (device, groups) in by_device(groups(tables, |_| true)) {
+        for (device, groups) in by_device(counts::views(tables)) {
             let mut found: Vec<(Group, Counts)> = Vec::new();
             for group in groups {
                 let Some(counts) = counts::read(&group)? else { continue };
