@@ -61,6 +61,7 @@ const LAYOUTS: &[(&str, Colour)] = &[
     ("linearized_blend", Colour(0x33, 0x22, 0x88)),
     ("linearized_nearest", Colour(0x99, 0x99, 0x33)),
     ("linearized_unclipped", Colour(0xcc, 0x66, 0x77)),
+    ("linearized_late", Colour(0x11, 0x77, 0x33)),
     ("interleaved", GREEN),
     ("interleaved_lists", Colour(0xdd, 0xcc, 0x77)),
 ];

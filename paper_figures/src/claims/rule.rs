@@ -137,8 +137,8 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
-    /// The tables of a buffer, which is all of it but the slots of its pool: in MiB for 1920 x 1080
-    /// pixels, or over those of another technique. The greatest of the views.
+    /// The tables of a buffer, which is all of it but the slots of its pool: in MiB, on views of
+    /// 1920 x 1080 pixels only, or over those of another technique. The greatest of the views.
     Tables {
         /// The technique, and the bytes of a slot with all that belongs to it.
         technique: (String, u64),
@@ -278,7 +278,7 @@ pub struct Finding {
     pub detail: String,
 }
 
-/// Pixels of the papers' resolution.
+/// Pixels of the chapter's resolution.
 const FULL_HD_PX: f64 = 1920.0 * 1080.0;
 
 impl MemoryOf {
@@ -487,7 +487,11 @@ impl Rule {
                 let (figures, detail) = each(views, evidence, |view| {
                     let (own, pixels) = tables(technique, view)?;
                     let Some(over) = over else {
-                        return Ok(own / pixels * FULL_HD_PX / f64::from(1 << 20));
+                        // Padded tables do not grow with the view.
+                        return match pixels == FULL_HD_PX {
+                            true => Ok(own / f64::from(1 << 20)),
+                            false => Err(format!("{pixels} pixels, not 1920 x 1080")),
+                        };
                     };
                     Ok(own / tables(over, view)?.0)
                 })?;

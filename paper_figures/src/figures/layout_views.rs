@@ -19,6 +19,8 @@ pub(super) const REFERENCE: &str = "linearized";
 
 /// Fewer layouts are no comparison of layouts.
 const LEAST_LAYOUTS: usize = 3;
+/// With one resolve alone layouts were run for something else: to be verified, or starved.
+const LEAST_RESOLVES: usize = 2;
 
 /// A view and its layouts.
 pub(super) struct LayoutView<'a> {
@@ -72,8 +74,8 @@ fn layouts(group: Group<'_>) -> LayoutView<'_> {
     LayoutView { resolves, group }
 }
 
-/// Every device's views with three layouts or more.
+/// Every device's views with three layouts or more in two resolves or more.
 pub(super) fn views(tables: &Tables) -> Vec<LayoutView<'_>> {
     let views = groups(tables, wanted).into_iter().map(layouts);
-    views.filter(|view| !view.resolves.is_empty()).collect()
+    views.filter(|view| view.resolves.len() >= LEAST_RESOLVES).collect()
 }

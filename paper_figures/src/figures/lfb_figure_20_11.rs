@@ -9,7 +9,7 @@ use super::Figure;
 use crate::FigureError;
 use crate::axis::three_digits;
 use crate::chart::{Line, LinePanel, LinePoint, Lines, Scale};
-use crate::output::{Csv, Output, Stamp, Table, Value};
+use crate::output::{Csv, Output, Stamp, Table, Value, fullest};
 use crate::series::{Fit, Point, Varies, series};
 use crate::style::{layout_colour, layout_place};
 
@@ -35,8 +35,9 @@ impl Figure for LfbFigure20_11 {
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
-        let outputs = series(tables, "grid", Varies::Size, wanted);
-        Ok(outputs.iter().filter_map(|points| output(points)).collect())
+        let all = series(tables, "grid", Varies::Size, wanted);
+        let drawn = all.iter().filter_map(|points| Some((points.len(), output(points)?)));
+        Ok(fullest(drawn))
     }
 }
 

@@ -10,7 +10,7 @@ use super::lfb_views::{AS_PUBLISHED, LAYOUTS};
 use crate::FigureError;
 use crate::axis::three_digits;
 use crate::chart::{Line, LinePanel, LinePoint, Lines, Scale};
-use crate::output::{Csv, Output, Stamp, Table, Value};
+use crate::output::{Csv, Output, Stamp, Table, Value, fullest};
 use crate::series::{Point, Varies, passes, series};
 use crate::style::{layout_colour, sort_colour};
 use crate::technique_names::is_floor;
@@ -43,8 +43,9 @@ impl Figure for LfbFigure20_12 {
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
-        let outputs = series(tables, "grid", Varies::DepthAtSameTotal, wanted);
-        Ok(outputs.iter().filter_map(|points| output(points)).collect())
+        let all = series(tables, "grid", Varies::DepthAtSameTotal, wanted);
+        let drawn = all.iter().filter_map(|points| Some((points.len(), output(points)?)));
+        Ok(fullest(drawn))
     }
 }
 

@@ -23,7 +23,7 @@ impl Figure for LfbLayouts {
     }
 
     fn needs(&self) -> &'static str {
-        "a view with three layouts of base/insertion/fragment, base/passthrough/compute or \
+        "a view with three layouts in two of base/insertion/fragment, base/passthrough/compute and \
          bma-list/network+rbs/compute"
     }
 

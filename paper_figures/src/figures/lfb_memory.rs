@@ -33,7 +33,7 @@ impl Figure for LfbMemory {
     }
 
     fn needs(&self) -> &'static str {
-        "a view with three layouts that say how large their buffer is"
+        "a view as lfb-layouts needs it, with three layouts that say how large their buffer is"
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {

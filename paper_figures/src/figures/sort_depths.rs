@@ -11,7 +11,7 @@ use crate::FigureError;
 use crate::axis::three_digits;
 use crate::chart::{Line, LinePanel, LinePoint, Lines, Scale};
 use crate::data::{Group, groups, slug};
-use crate::output::{Csv, Output, Stamp, Table};
+use crate::output::{Csv, Output, Stamp, Table, fullest};
 use crate::style::sort_colour;
 
 /// Sorts against depth complexity.
@@ -44,11 +44,10 @@ impl Figure for SortDepths {
             series.entry(key).or_default().insert(depth, group);
         }
         let whole = series.into_iter().filter(|(_, depths)| depths.len() >= 3);
-        let mut outputs: Vec<Output> = whole
-            .filter_map(|((_, scene, view, _, _), depths)| output(scene, view, &depths))
-            .collect();
-        outputs.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(outputs)
+        let drawn = whole.filter_map(|((_, scene, view, _, _), depths)| {
+            Some((depths.len(), output(scene, view, &depths)?))
+        });
+        Ok(fullest(drawn))
     }
 }
 
@@ -105,7 +104,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     let mut x = Scale::logarithmic("fragments of every pixel", heads.clone());
     x.ticks = heads.collect();
     let times = lines.values().filter(|sorts| sorts.len() > 1).flat_map(BTreeMap::values).flatten();
-    let y = Scale::logarithmic("", times.flat_map(|(_, ms)| ms).copied());
+    let y = Scale::logarithmic("resolve with grouping, ms", times.flat_map(|(_, ms)| ms).copied());
     // A sort alone overtakes none.
     for (family, sorts) in lines.into_iter().filter(|(_, sorts)| sorts.len() > 1) {
         let heads = depths.keys().map(|depth| format!("{depth}"));

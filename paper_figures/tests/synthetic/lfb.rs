@@ -13,7 +13,7 @@ const SAMPLES: u32 = 6;
 const PIXELS: u64 = (WIDTH_PX * HEIGHT_PX) as u64;
 
 /// Every layout; the last only with lists.
-const LAYOUTS: [&str; 14] = [
+const LAYOUTS: [&str; 15] = [
     "linked_list",
     "linked_list_subgroup",
     "linked_pages4",
@@ -26,6 +26,7 @@ const LAYOUTS: [&str; 14] = [
     "linearized_blend",
     "linearized_nearest",
     "linearized_unclipped",
+    "linearized_late",
     "interleaved",
     "interleaved_lists",
 ];
@@ -132,7 +133,8 @@ fn verification(technique: &str, histogram: &[u64]) -> Verification {
         layout if layout.starts_with("interleaved") => fragments * 11 / 10,
         _ => fragments,
     };
-    let tables = PIXELS * 4;
+    let padded = parts[0] == "linearized_sweep";
+    let tables = 4 * if padded { PIXELS.next_power_of_two() } else { PIXELS };
     let lfb = tables + slots * if parts[0].starts_with("linked_list") { 12 } else { 8 };
     let nearest = parts[0].ends_with("nearest");
     Verification {
@@ -223,11 +225,22 @@ pub(crate) fn write_runs(root: &Path, device: &str) {
     layouts.extend(product(&LAYOUTS, &["bma-list"], &["network+rbs"], &["compute/peak"]));
     write(&root.join("lfb-layouts"), device, &mesh_views(), &layouts);
 
-    let sizes = ["0.25", "0.5", "0.75", "1"].map(|size| {
-        let side: f64 = size.parse().unwrap();
-        let covered = (PIXELS as f64 * side * side) as u64;
-        (format!("grid{{size={size}}}"), "front", uniform(10, covered))
-    });
+    let mut sizes = ["0.25", "0.5", "0.75", "1"]
+        .map(|size| {
+            let side: f64 = size.parse().unwrap();
+            let covered = (PIXELS as f64 * side * side) as u64;
+            (format!("grid{{size={size}}}"), "front", uniform(10, covered))
+        })
+        .to_vec();
+    // And more layers of one size.
+    for layers in [5, 20] {
+        let covered = PIXELS / 4;
+        sizes.push((
+            format!("grid{{layers={layers},size=0.5}}"),
+            "front",
+            uniform(layers, covered),
+        ));
+    }
     let mut growing = product(&LAYOUTS, &["base-stencil"], &["insertion"], &["fragment/peak"]);
     growing.extend(product(&LAYOUTS, &["bma-list"], &["insertion"], &["compute/peak"]));
     write(&root.join("lfb-figure-20-11"), device, &sizes, &growing);
@@ -247,7 +260,7 @@ pub(crate) fn write_runs(root: &Path, device: &str) {
     let array = product(&TWO, &["base"], &["unsorted", "passthrough"], &ends);
     write(&root.join("lfb-array"), device, &stack, &array);
 
-    let resolve = "base/insertion/compute/peak";
+    let resolve = "bma-list/network+rbs/compute/peak";
     let mut overflow = Vec::new();
     for layout in ["linked_list", "linearized", "array3d"] {
         overflow.push(format!("{layout}/{resolve}"));

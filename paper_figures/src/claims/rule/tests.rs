@@ -87,7 +87,7 @@ fn views_are_combined() {
 
 fn memory(lfb_bytes: u64, slots: u64) -> Memory {
     let lfb_bytes_at_16 = Some(lfb_bytes + 8 * slots);
-    Memory { lfb_bytes: Some(lfb_bytes), lfb_bytes_at_16, slots, pixels: 100 }
+    Memory { lfb_bytes: Some(lfb_bytes), lfb_bytes_at_16, slots, pixels: 1920 * 1080 }
 }
 
 #[test]
@@ -124,26 +124,29 @@ fn memory_is_of_the_buffer_and_over_the_most() {
 #[test]
 fn tables_are_what_the_pool_is_not() {
     let made = Made {
-        // 100 pixels: tables of 404 bytes and of 400.
+        // The chapter's: offsets padded to a power of two, and a head a pixel.
         memory: BTreeMap::from([
-            (("line", "a"), memory(404 + 8 * 50, 50)),
-            (("list", "a"), memory(400 + 12 * 50, 50)),
+            (("line", "a"), memory((8 << 20) + 8 * 50, 50)),
+            (("list", "a"), memory(4 * 1920 * 1080 + 12 * 50, 50)),
         ]),
         ..Made::default()
     };
     let over = "kind = 'tables', technique = ['line', 8], over = ['list', 12], \
                 views = [['a', 'front']], above = 1.0, at_most = 2.0";
-    assert_eq!(answer(over, &made), (true, 1.01));
-    // Four bytes and a little a pixel: the papers' resolution has 2 073 600.
+    assert_eq!(answer(over, &made), (true, 1.011));
     let size = |bounds: &str| {
         format!("kind = 'tables', technique = ['line', 8], views = [['a', 'front']], {bounds}")
     };
-    assert_eq!(answer(&size("at_least = 7.5, at_most = 8.5"), &made), (true, 7.989));
+    assert_eq!(answer(&size("at_least = 7.5, at_most = 8.5"), &made), (true, 8.0));
     assert!(!answer(&size("at_most = 7.0"), &made).0);
     // Slots larger than the buffer are a wrong rule, not tables of less than nothing.
-    let wrong = "kind = 'tables', technique = ['line', 800], views = [['a', 'front']], above = 1.0";
+    let wrong = "kind = 'tables', technique = ['line', 800000], views = [['a', 'front']], above = 1.0";
     assert!(finding(wrong, &made).unwrap_err().contains("does not say"));
     assert!(finding(over, &Made::default()).is_err());
+    // Another resolution says nothing of the chapter's megabytes.
+    let small = Memory { pixels: 100, ..memory(800, 50) };
+    let made = Made { memory: BTreeMap::from([(("line", "a"), small)]), ..Made::default() };
+    assert!(finding(&size("at_least = 0.0"), &made).unwrap_err().contains("not 1920 x 1080"));
 }
 
 #[test]
