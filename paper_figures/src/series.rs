@@ -73,6 +73,9 @@ fn point(group: Group<'_>) -> Option<Point<'_>> {
     Some(Point { group, total, depth, covered_px })
 }
 
+/// Run, view, resolution and all parameters that may not differ: what views of a series share.
+type Key<'a> = (String, &'a str, [u32; 2], Vec<(&'a str, &'a str)>);
+
 /// The series of a scene that hold cells that are wanted, each from one run, one a device, view and
 /// set of other parameters, by rising place on the axis.
 pub(crate) fn series<'a>(
@@ -81,8 +84,7 @@ pub(crate) fn series<'a>(
     varies: Varies,
     wanted: impl Fn(&CellResult) -> bool,
 ) -> Vec<Vec<Point<'a>>> {
-    let mut found: BTreeMap<(String, &str, [u32; 2], Vec<(&str, &str)>), Vec<Point>> =
-        BTreeMap::new();
+    let mut found: BTreeMap<Key, Vec<Point>> = BTreeMap::new();
     let of_scene = |cell: &CellResult| scene_name(&cell.name.scene) == scene && wanted(cell);
     for group in groups(tables, of_scene) {
         let others = scene_parameters(group.scene).into_iter();

@@ -111,7 +111,7 @@ impl Evidence for Measured<'_> {
         let (scene, view) = ask.view;
         let wanted = |cell: &CellResult| {
             let named = |technique: &&str| coordinates(technique).contains(&cell.name.technique);
-            cell.name.view == *view && ask.techniques.iter().any(|technique| named(&technique))
+            cell.name.view == *view && ask.techniques.iter().any(named)
         };
         let mut longest: Vec<SeriesPoint> = Vec::new();
         for points in series(self.tables, scene, ask.varies, wanted) {

@@ -21,6 +21,9 @@ pub(super) struct SortDepths;
 /// differs.
 type Series<'a> = (String, &'a str, &'a str, [u32; 2], u64);
 
+/// Depths, and the median and the ends of its interval in ms.
+type Times = Vec<(u64, [f64; 3])>;
+
 impl Figure for SortDepths {
     fn name(&self) -> &'static str {
         "sort-depths"
@@ -73,7 +76,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
         "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
-    let mut lines: BTreeMap<String, BTreeMap<&str, Vec<(u64, [f64; 3])>>> = BTreeMap::new();
+    let mut lines: BTreeMap<String, BTreeMap<&str, Times>> = BTreeMap::new();
     for (depth, group) in depths {
         for (family, sorts) in families(group) {
             for (sort, cell) in sorts {

@@ -140,7 +140,8 @@ fn tables_are_what_the_pool_is_not() {
     assert_eq!(answer(&size("at_least = 7.5, at_most = 8.5"), &made), (true, 8.0));
     assert!(!answer(&size("at_most = 7.0"), &made).0);
     // Slots larger than the buffer are a wrong rule, not tables of less than nothing.
-    let wrong = "kind = 'tables', technique = ['line', 800000], views = [['a', 'front']], above = 1.0";
+    let wrong =
+        "kind = 'tables', technique = ['line', 800000], views = [['a', 'front']], above = 1.0";
     assert!(finding(wrong, &made).unwrap_err().contains("does not say"));
     assert!(finding(over, &Made::default()).is_err());
     // Another resolution says nothing of the chapter's megabytes.
