@@ -76,6 +76,19 @@ impl RunInfo {
         let counted = self.counted.iter().find(|(name, _, _)| name == group)?;
         Some(&counted.2)
     }
+
+    /// The fragments of all pixels of a group.
+    #[must_use]
+    pub fn total_fragments(&self, group: &str) -> Option<u64> {
+        self.histogram(group).map(total_fragments)
+    }
+}
+
+/// The fragments of a histogram. A damaged one must not overflow.
+pub(crate) fn total_fragments(histogram: &[u64]) -> u64 {
+    (0_u64..)
+        .zip(histogram)
+        .fold(0, |sum, (n, &pixels)| sum.saturating_add(n.saturating_mul(pixels)))
 }
 
 fn last_parts(folder: &Path, parts: usize) -> String {

@@ -9,13 +9,14 @@ use oit_record::{Record, Verdict, Verification};
 use polars::prelude::*;
 
 use crate::cell::{RawSamples, collect};
+use crate::run::total_fragments;
 use crate::{AnalysisError, CellResult, RESOLVE, RunInfo, State, Timing, scene_name};
 
 /// The seed of every bootstrap, so that the same records give the same tables.
 pub const BOOTSTRAP_SEED: u64 = 2014;
 
 /// What a cell is, in every table.
-const KEY_COLUMNS: [&str; 19] = [
+const KEY_COLUMNS: [&str; 20] = [
     "run",
     "device",
     "backend",
@@ -30,6 +31,7 @@ const KEY_COLUMNS: [&str; 19] = [
     "max",
     "ties",
     "pool_percent",
+    "pool_policy",
     "scene",
     "scene_name",
     "view",
@@ -206,6 +208,11 @@ fn cells_frame(
         let values = cells.iter().map(|cell| cell.verification.as_ref().map(of));
         column(name, values.collect::<Vec<Option<u64>>>())
     };
+    // What records may lack: older ones, and those of the CPU backend.
+    let recorded = |name: &str, of: &dyn Fn(&Verification) -> Option<u64>| {
+        let values = cells.iter().map(|cell| cell.verification.as_ref().and_then(of));
+        column(name, values.collect::<Vec<Option<u64>>>())
+    };
     let measured = |name: &str, of: &dyn Fn(&Verification) -> f64| {
         let values = cells.iter().map(|cell| cell.verification.as_ref().map(of));
         column(name, values.collect::<Vec<Option<f64>>>())
@@ -239,6 +246,7 @@ fn cells_frame(
             text("max", &|cell| cell.technique.max.clone()),
             text("ties", &|cell| cell.technique.ties.clone()),
             text("pool_percent", &|cell| cell.technique.pool_percent.clone()),
+            text("pool_policy", &|cell| cell.technique.pool_policy.clone()),
             text("scene", &|cell| cell.name.scene.clone()),
             text("scene_name", &|cell| scene_name(&cell.name.scene).to_owned()),
             text("view", &|cell| cell.name.view.clone()),
@@ -265,16 +273,14 @@ fn cells_frame(
             checked("pool_final", &|v| v.pool_final),
             checked("pool_grown", &|v| u64::from(v.pool_grown)),
             checked("memory_bytes", &|v| v.memory_bytes),
+            recorded("lfb_bytes", &|v| v.lfb_bytes),
+            recorded("peak_bytes", &|v| v.peak_bytes),
+            recorded("repeat_differs_px", &|v| v.repeat_differs_px),
             measured("prepare_ms", &|v| v.prepare_ms),
             counted("peak_depth", &|histogram| {
                 histogram.iter().rposition(|&pixels| pixels > 0).unwrap_or(0) as u64
             }),
-            counted("total_fragments", &|histogram| {
-                // A damaged histogram must not overflow.
-                (0_u64..)
-                    .zip(histogram)
-                    .fold(0, |sum, (n, &pixels)| sum.saturating_add(n.saturating_mul(pixels)))
-            }),
+            counted("total_fragments", &total_fragments),
         ],
     )
 }

@@ -1,16 +1,18 @@
-//! A technique's coordinate, taken apart.
+//! A technique's coordinate and a scene's name, taken apart.
+
+use std::collections::BTreeMap;
 
 /// A technique's coordinate and its parts.
 ///
 /// The parts are empty strings where the coordinate is not of the form
-/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN]`, as for methods that have no sort.
+/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]]`, as for methods that have no sort.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Technique {
     /// The whole coordinate.
     pub coordinate: String,
-    /// The capture method: `linked_list`, `linearized`.
+    /// The capture method, which is also the layout: `linked_list`, `linearized`.
     pub capture: String,
-    /// The schedule: `base`, `bma-stencil`, `bma-list`.
+    /// The schedule: `base`, `base-stencil`, `bma-stencil`, `bma-list`.
     pub schedule: String,
     /// The sort strategy; strategies of several intervals are joined by `+`.
     pub sort: String,
@@ -23,6 +25,9 @@ pub struct Technique {
     pub ties: String,
     /// Room in the pool at first, in percent of what is needed: `100` unless said otherwise.
     pub pool_percent: String,
+    /// What happens to fragments without room: `grow` (the pool grows and the frame is rendered
+    /// again) or `drop`.
+    pub pool_policy: String,
 }
 
 impl Technique {
@@ -34,12 +39,16 @@ impl Technique {
         let [capture, schedule, sort, shader_stage, max, options @ ..] = parts.as_slice() else {
             return whole;
         };
-        let (mut ties, mut pool_percent) = ("total", "100");
+        let (mut ties, mut pool_percent, mut pool_policy) = ("total", "100", "grow");
         for option in options {
             if let Some(rule) = option.strip_prefix("ties-") {
                 ties = rule;
-            } else if let Some(percent) = option.strip_prefix("pool") {
-                pool_percent = percent;
+            } else if let Some(pool) = option.strip_prefix("pool") {
+                (pool_percent, pool_policy) = match pool.split_once('-') {
+                    None => (pool, "grow"),
+                    Some((percent, "drop")) => (percent, "drop"),
+                    Some(_) => return whole,
+                };
             } else {
                 return whole;
             }
@@ -52,8 +61,15 @@ impl Technique {
             max: (*max).to_owned(),
             ties: ties.to_owned(),
             pool_percent: pool_percent.to_owned(),
+            pool_policy: pool_policy.to_owned(),
             ..whole
         }
+    }
+
+    /// Whether the pool starts with the room that is needed, as it does unless said otherwise.
+    #[must_use]
+    pub fn whole_pool(&self) -> bool {
+        self.pool_percent == "100" && self.pool_policy == "grow"
     }
 
     /// Whether fragments beyond a fixed number a pixel are dropped, so that the picture may differ.
@@ -67,6 +83,14 @@ impl Technique {
 #[must_use]
 pub fn scene_name(scene: &str) -> &str {
     scene.split('{').next().unwrap_or(scene)
+}
+
+/// A scene's overridden parameters: `layers` is `20` in `grid{layers=20}`.
+#[must_use]
+pub fn scene_parameters(scene: &str) -> BTreeMap<&str, &str> {
+    let braced = scene.split_once('{').and_then(|(_, rest)| rest.strip_suffix('}'));
+    let pairs = braced.unwrap_or("").split(',');
+    pairs.filter_map(|pair| pair.split_once('=')).map(|(k, v)| (k.trim(), v.trim())).collect()
 }
 
 #[cfg(test)]
@@ -86,7 +110,22 @@ mod tests {
         let technique = Technique::parse("linked_list/base/insertion/fragment/peak");
         assert!(!technique.truncated());
         assert_eq!((technique.ties.as_str(), technique.pool_percent.as_str()), ("total", "100"));
-        assert_eq!(Technique::parse("a/b/c/d/e/ties-depth/pool50").pool_percent, "50");
+        assert!(technique.whole_pool());
+    }
+
+    #[test]
+    fn a_pool_has_a_size_and_a_policy() {
+        let pool = |coordinate: &str| {
+            let technique = Technique::parse(coordinate);
+            let whole = technique.whole_pool();
+            (technique.pool_percent, technique.pool_policy, whole)
+        };
+        let expected = |percent: &str, policy: &str| (percent.to_owned(), policy.to_owned(), false);
+        assert_eq!(pool("a/b/c/d/e/ties-depth/pool50"), expected("50", "grow"));
+        assert_eq!(pool("a/b/c/d/e/pool25-drop"), expected("25", "drop"));
+        // Room for all, and yet another technique than the usual one.
+        assert_eq!(pool("a/b/c/d/e/pool100-drop"), expected("100", "drop"));
+        assert_eq!(pool("a/b/c/d/e/pool25-spill"), expected("", ""));
     }
 
     #[test]
@@ -102,5 +141,8 @@ mod tests {
     fn a_scene_has_a_name() {
         assert_eq!(scene_name("grid{layers=20}"), "grid");
         assert_eq!(scene_name("planes"), "planes");
+        let parameters = scene_parameters("grid{layers=20,size=0.5}");
+        assert_eq!(parameters.into_iter().collect::<Vec<_>>(), [("layers", "20"), ("size", "0.5")]);
+        assert!(scene_parameters("planes").is_empty() && scene_parameters("grid{size").is_empty());
     }
 }

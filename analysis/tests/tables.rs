@@ -36,8 +36,8 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         pool_final: 160,
         pool_grown: 1,
         memory_bytes: 4096,
-        lfb_bytes: None,
-        peak_bytes: None,
+        lfb_bytes: Some(2048),
+        peak_bytes: Some(8192),
         repeat_differs_px: None,
         prepare_ms: 1.5,
     };
@@ -136,6 +136,10 @@ fn samples_stay_integers_and_cells_come_apart() {
     let whole = |name: &str| tables.cells.column(name).unwrap().u64().unwrap().get(0).unwrap();
     assert_eq!((whole("peak_depth"), whole("total_fragments")), (3, 17));
     assert_eq!((whole("memory_bytes"), whole("pool_final")), (4096, 160));
+    assert_eq!((whole("lfb_bytes"), whole("peak_bytes")), (2048, 8192));
+    // What a record lacks is missing, not zero.
+    assert_eq!(tables.cells.column("repeat_differs_px").unwrap().null_count(), 1);
+    assert_eq!((text("pool_percent"), text("pool_policy")), ("100".to_owned(), "grow".to_owned()));
 }
 
 #[test]

@@ -1,20 +1,19 @@
 //! The kinds of chart. Each is data; drawing it adds shapes to a canvas.
 
-mod depth_lines;
 mod depth_map;
 mod error_scatter;
 mod histogram;
+mod lines;
 mod ratio_bars;
 mod stage_bars;
 mod table_image;
 
-pub(crate) use depth_lines::{DepthLine, DepthLines, DepthPanel, DepthPoint};
-pub(crate) use depth_map::{DepthMap, DepthMaps};
+pub(crate) use depth_map::{DepthMap, DepthMaps, MapScale};
 pub(crate) use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
 pub(crate) use histogram::{DepthHistogram, HistogramSeries};
+pub(crate) use lines::{Line, LinePanel, LinePoint, Lines, Scale};
 pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};
-pub(crate) use stage_bars::stage_place;
-pub(crate) use stage_bars::{StageBar, StageBars};
+pub(crate) use stage_bars::{StageBar, StageBars, StagePanel, stage_place};
 pub(crate) use table_image::TableImage;
 
 use crate::FigureError;

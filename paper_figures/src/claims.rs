@@ -2,10 +2,13 @@
 //! `claims/*.toml`; the code here only evaluates rules.
 
 mod evidence;
+mod measured;
+mod paper;
 mod rule;
 mod verdict;
 
-pub use rule::{Bounds, Combine, Finding, Rule};
+pub use crate::series::Varies;
+pub use rule::{Bounds, Combine, Finding, MemoryOf, Rule};
 pub use verdict::{Answer, Verdict, csv, markdown, printed, verdicts};
 
 use serde::Deserialize;

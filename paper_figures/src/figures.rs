@@ -2,6 +2,17 @@
 
 mod bma_figure_5;
 mod compare;
+mod counts;
+mod layout_views;
+mod lfb_array;
+mod lfb_figure_20_11;
+mod lfb_figure_20_12;
+mod lfb_figure_20_9;
+mod lfb_layouts;
+pub(crate) mod lfb_memory;
+mod lfb_overflow;
+mod lfb_table_20_1;
+pub(crate) mod lfb_views;
 mod pareto;
 mod ratios;
 mod rbs_figure_5;
@@ -10,7 +21,6 @@ mod rbs_table_3;
 pub(crate) mod rbs_views;
 mod sort_depths;
 mod sort_intervals;
-mod stage_times;
 
 pub use compare::compare;
 
@@ -46,5 +56,12 @@ pub const FIGURES: &[&dyn Figure] = &[
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,
-    &stage_times::StageTimes,
+    &lfb_table_20_1::LfbTable20_1,
+    &lfb_figure_20_9::LfbFigure20_9,
+    &lfb_figure_20_11::LfbFigure20_11,
+    &lfb_figure_20_12::LfbFigure20_12,
+    &lfb_layouts::LfbLayouts,
+    &lfb_memory::LfbMemory,
+    &lfb_array::LfbArray,
+    &lfb_overflow::LfbOverflow,
 ];

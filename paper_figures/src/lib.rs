@@ -15,6 +15,7 @@ mod generate;
 mod output;
 pub mod published;
 mod render;
+mod series;
 mod style;
 mod technique_names;
 

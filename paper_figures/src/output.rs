@@ -1,6 +1,6 @@
 //! What a figure is made of, and the files it becomes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -151,6 +151,18 @@ const TITLE_PX: f64 = 18.0;
 const SUBTITLE_PX: f64 = 13.0;
 const NOTE_PX: f64 = 11.0;
 const STAMP_PX: f64 = 9.5;
+
+/// Of outputs with the same name, those made of most points, by name.
+#[must_use]
+pub(crate) fn fullest(outputs: impl IntoIterator<Item = (usize, Output)>) -> Vec<Output> {
+    let mut best: BTreeMap<String, (usize, Output)> = BTreeMap::new();
+    for (points, output) in outputs {
+        if best.get(&output.name).is_none_or(|(most, _)| points > *most) {
+            best.insert(output.name.clone(), (points, output));
+        }
+    }
+    best.into_values().map(|(_, output)| output).collect()
+}
 
 impl Output {
     /// The page: title, chart, notes, stamps.

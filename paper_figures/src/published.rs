@@ -77,6 +77,14 @@ pub fn table(name: &'static str) -> Result<Published, FigureError> {
 }
 
 impl Published {
+    /// What the paper says of a view as a whole; `None` where it says nothing.
+    #[must_use]
+    pub fn fact(&self, name: &str, view: &str) -> Option<f64> {
+        let row = self.facts.iter().find(|known| known.name == name)?;
+        let view = self.views.iter().position(|known| known == view)?;
+        row.values.get(view).copied().filter(|value| value.is_finite())
+    }
+
     /// A value of the table; `None` where the paper has none.
     #[must_use]
     pub fn value(&self, row: &str, view: &str, quantity: &str) -> Option<f64> {

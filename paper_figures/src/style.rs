@@ -1,4 +1,4 @@
-//! One colour a sort and one shape a schedule, the same in every figure.
+//! One colour a sort, one a layout and one shape a schedule, the same in every figure.
 //!
 //! Colours are Okabe and Ito's, which stay apart for colour-blind readers (Color Universal Design,
 //! 2008). A filled marker resolves in a fragment shader, a hollow one in a compute shader.
@@ -43,7 +43,40 @@ const SORTS: &[(&str, Colour)] = &[
     ("rbs", BLUE),
     ("network", SKY_BLUE),
     ("passthrough", BLACK),
+    ("unsorted", GREY),
 ];
+
+/// Layouts, by the captures that make them. There are more than Okabe and Ito have colours for: the
+/// others are of Paul Tol's muted scheme. Lines are labelled too.
+const LAYOUTS: &[(&str, Colour)] = &[
+    ("linked_list", VERMILLION),
+    ("linked_list_subgroup", ORANGE),
+    ("linked_pages4", PURPLE),
+    ("linked_pages6", Colour(0xaa, 0x44, 0x99)),
+    ("array3d", BLACK),
+    ("array3d_nearest", GREY),
+    ("linearized", BLUE),
+    ("linearized_sweep", SKY_BLUE),
+    ("linearized_lookback", Colour(0x44, 0xaa, 0x99)),
+    ("linearized_blend", Colour(0x33, 0x22, 0x88)),
+    ("linearized_nearest", Colour(0x99, 0x99, 0x33)),
+    ("linearized_unclipped", Colour(0xcc, 0x66, 0x77)),
+    ("linearized_late", Colour(0x11, 0x77, 0x33)),
+    ("interleaved", GREEN),
+    ("interleaved_lists", Colour(0xdd, 0xcc, 0x77)),
+];
+
+/// The colour of a layout, wine for those that have none here.
+#[must_use]
+pub(crate) fn layout_colour(capture: &str) -> Colour {
+    LAYOUTS.iter().find(|(name, _)| *name == capture).map_or(WINE, |(_, colour)| *colour)
+}
+
+/// Where a layout stands in tables and legends: those known by name first, in a fixed order.
+#[must_use]
+pub(crate) fn layout_place(capture: &str) -> usize {
+    LAYOUTS.iter().position(|(name, _)| *name == capture).unwrap_or(LAYOUTS.len())
+}
 
 /// The colour of a sort: its own, purple for strategies joined by `+`, wine for others.
 #[must_use]
@@ -86,9 +119,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_two_sorts_share_a_colour() {
-        for (index, (_, colour)) in SORTS.iter().enumerate() {
-            assert!(SORTS[index + 1..].iter().all(|(_, other)| other != colour));
+    fn no_two_share_a_colour() {
+        for colours in [SORTS, LAYOUTS] {
+            for (index, (_, colour)) in colours.iter().enumerate() {
+                assert!(colours[index + 1..].iter().all(|(_, other)| other != colour));
+            }
         }
         assert_ne!(sort_colour("network+rbs"), sort_colour("new-sort"));
     }

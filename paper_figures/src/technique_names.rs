@@ -13,6 +13,12 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak"),
 ];
 
+/// Whether a sort sorts nothing: what is left of a resolve's time without one.
+#[must_use]
+pub(crate) fn is_floor(sort: &str) -> bool {
+    ["passthrough", "unsorted"].contains(&sort)
+}
+
 /// The coordinates meant by a name, best first: a paper's name, or a coordinate, which stands for
 /// both tie rules unless it names one.
 #[must_use]

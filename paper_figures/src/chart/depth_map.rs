@@ -1,11 +1,12 @@
-//! Depth complexity in false colour, relative to the array size as in the papers.
+//! Depth complexity of pixels, in the papers' scales: false colour relative to the array size, or
+//! grey.
 
 use oit_image::false_color;
 
 use super::{Chart, LABEL_PX, SMALL_PX};
 use crate::FigureError;
-use crate::canvas::{Anchor, Canvas, Colour};
-use crate::style::INK;
+use crate::canvas::{Anchor, Canvas, Colour, text_width};
+use crate::style::{INK, MUTED};
 
 /// One view.
 #[derive(Clone, PartialEq, Debug)]
@@ -16,8 +17,43 @@ pub(crate) struct DepthMap {
     pub width_px: usize,
     /// Fragments of each pixel, row by row.
     pub counts: Vec<u16>,
-    /// The next power of two of the deepest pixel: the top of the scale.
-    pub max_frags: u32,
+    /// What counts look like.
+    pub scale: MapScale,
+}
+
+/// What counts look like.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum MapScale {
+    /// False colour, black for none; `max_frags` is the top: the next power of two of the deepest
+    /// pixel.
+    FalseColour {
+        /// The top of the scale.
+        max_frags: u32,
+    },
+    /// From black for none to white for so many and more.
+    Grey {
+        /// What is white.
+        white: u32,
+    },
+}
+
+impl MapScale {
+    fn rgb(self, count: u32) -> [u8; 3] {
+        match self {
+            Self::FalseColour { max_frags } => false_color(count, max_frags),
+            Self::Grey { white } => {
+                let white = white.max(1);
+                [(f64::from(count.min(white)) / f64::from(white) * 255.0).round() as u8; 3]
+            }
+        }
+    }
+
+    fn top(self) -> u32 {
+        match self {
+            Self::FalseColour { max_frags } => max_frags,
+            Self::Grey { white } => white,
+        }
+    }
 }
 
 /// Views, two a row.
@@ -49,7 +85,7 @@ impl DepthMap {
                 // The nearest pixel: a mean would show counts that no pixel has.
                 let (row, column) = (y * self.rows() / height, x * self.width_px / width);
                 let count = self.counts.get(row * self.width_px + column).copied().unwrap_or(0);
-                rgb.extend(false_color(u32::from(count), self.max_frags));
+                rgb.extend(self.scale.rgb(u32::from(count)));
             }
         }
         rgb
@@ -82,7 +118,7 @@ impl Chart for DepthMaps {
                 let (width_px, height_px) = map.picture();
                 let at = (x, y + TITLE_PX);
                 canvas.items.push(crate::canvas::Item::Picture { at, width_px, rgb: map.rgb() });
-                legend(canvas, (x, y + TITLE_PX + height_px as f64 / 2.0 + 8.0), map.max_frags);
+                legend(canvas, (x, y + TITLE_PX + height_px as f64 / 2.0 + 8.0), map.scale)?;
             }
             y += Self::row_height(row);
         }
@@ -90,12 +126,17 @@ impl Chart for DepthMaps {
     }
 }
 
-fn legend(canvas: &mut Canvas, (left, top): (f64, f64), max_frags: u32) {
+fn legend(
+    canvas: &mut Canvas,
+    (left, top): (f64, f64),
+    scale: MapScale,
+) -> Result<(), FigureError> {
+    let max_frags = scale.top();
     const STEPS: u32 = 64;
     let (width, step) = (220.0, 220.0 / f64::from(STEPS));
     let (start, end) = (left + 28.0, left + 28.0 + width);
     let colour = |count: u32| {
-        let [red, green, blue] = false_color(count, max_frags);
+        let [red, green, blue] = scale.rgb(count);
         Colour(red, green, blue)
     };
     canvas.rectangle((left, top), (left + 14.0, top + 10.0), colour(0));
@@ -106,9 +147,27 @@ fn legend(canvas: &mut Canvas, (left, top): (f64, f64), max_frags: u32) {
         let x = start + f64::from(index) * step;
         canvas.rectangle((x, top), (x + step, top + 10.0), colour(count));
     }
+    // White must not fade into the page.
+    let corners = [(start, top), (end, top), (end, top + 10.0), (start, top + 10.0), (start, top)];
+    canvas.line(&corners, MUTED, 0.5);
     canvas.text((start, top + 19.0), SMALL_PX, INK, Anchor::Start, "1");
     let half = format!("{}", max_frags / 2);
     canvas.text((start + width / 2.0, top + 19.0), SMALL_PX, INK, Anchor::Middle, &half);
-    let most = format!("{max_frags} fragments");
-    canvas.text((end, top + 19.0), SMALL_PX, INK, Anchor::End, &most);
+    let more = if matches!(scale, MapScale::Grey { .. }) { " or more" } else { "" };
+    let most = format!("{max_frags} fragments{more}");
+    // The scale ends where its number ends, and the words go on.
+    let number_px = text_width(&max_frags.to_string(), SMALL_PX)?;
+    canvas.text((end - number_px, top + 19.0), SMALL_PX, INK, Anchor::Start, &most);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grey_ends_at_white() {
+        let scale = MapScale::Grey { white: 8 };
+        assert_eq!([0, 4, 8, 200].map(|count| scale.rgb(count)[0]), [0, 128, 255, 255]);
+    }
 }

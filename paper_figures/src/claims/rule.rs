@@ -5,7 +5,8 @@ use analysis::TOTAL;
 use oit_record::statistics::Comparison;
 use serde::Deserialize;
 
-use super::evidence::{Evidence, SortQuestion, View};
+use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
+use crate::series::{Fit, Varies, passes};
 
 /// How the figures of several views become one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
@@ -28,6 +29,16 @@ pub struct Bounds {
     pub at_least: Option<f64>,
     /// This or less.
     pub at_most: Option<f64>,
+}
+
+/// Which memory is compared.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MemoryOf {
+    /// The buffer that a resolve reads.
+    Buffer,
+    /// The same if fragments had 16 bytes: derived, not measured.
+    BufferAt16,
 }
 
 /// What must be measured. A view is a scene's name without parameters and a view's name, or `*`
@@ -110,14 +121,130 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
-    /// The mean of the device memory of one technique over that of another.
+    /// The memory of one technique over the most of others.
     Memory {
         /// The technique above the line.
         technique: String,
-        /// The technique below it.
-        over: String,
+        /// The techniques below it: on each view the one that takes most.
+        over: Vec<String>,
+        /// Which memory.
+        of: MemoryOf,
         /// The views.
         views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The tables of a buffer, which is all of it but the slots of its pool: in MiB, on views of
+    /// 1920 x 1080 pixels only, or over those of another technique. The greatest of the views.
+    Tables {
+        /// The technique, and the bytes of a slot with all that belongs to it.
+        technique: (String, u64),
+        /// The other, if it is compared with one.
+        over: Option<(String, u64)>,
+        /// The views.
+        views: Vec<View>,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The speed-up of a technique over another on one view over that on another view.
+    Contrast {
+        /// The technique that is claimed to be faster.
+        technique: String,
+        /// What it is compared with.
+        over: String,
+        /// The stage.
+        stage: String,
+        /// The view where it should gain more, and the other.
+        views: (View, View),
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The least R squared of straight lines through the times of some techniques along a series.
+    Linear {
+        /// The techniques.
+        techniques: Vec<String>,
+        /// The scene and view.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// The stage.
+        stage: String,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The time of the fastest of `over` over the technique's own, along a series.
+    SeriesSpeedup {
+        /// The technique that is claimed to be faster.
+        technique: String,
+        /// What it is compared with: at each point the fastest of these.
+        over: Vec<String>,
+        /// The scene and view.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// The stage.
+        stage: String,
+        /// How points are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// Sorting takes more than half of the total from some depth on, and not up to another. Sorting
+    /// is what a technique takes more than its floor. The figure is the depth from which it does,
+    /// interpolated; infinite where it never does.
+    Dominant {
+        /// The technique that sorts.
+        technique: String,
+        /// The same without a sort.
+        floor: String,
+        /// The scene and view.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// At this depth and more it must.
+        from: u64,
+        /// At this depth and less it must not.
+        until: u64,
+    },
+    /// The time of a technique on views over what a straight line through a series has for as many
+    /// fragments: the greatest factor, whichever of them is the greater.
+    LikeSeries {
+        /// The technique.
+        technique: String,
+        /// The scene and view of the series.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// The stage.
+        stage: String,
+        /// The views compared with it.
+        views: Vec<View>,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The resolve time of one sort over that of another, all else equal, on all views of some
+    /// scenes.
+    SortRatio {
+        /// The sort above the line.
+        sort: String,
+        /// The sort below it.
+        than: String,
+        /// The shader stage of both.
+        shader_stage: String,
+        /// The most fragments of both: `peak` or `maxN`.
+        max: String,
+        /// The scenes.
+        scenes: Vec<String>,
+        /// How they are combined.
+        combine: Combine,
         /// The bounds.
         #[serde(flatten)]
         bounds: Bounds,
@@ -149,6 +276,62 @@ pub struct Finding {
     pub holds: bool,
     /// The figures it is made of.
     pub detail: String,
+}
+
+/// Pixels of the chapter's resolution.
+const FULL_HD_PX: f64 = 1920.0 * 1080.0;
+
+impl MemoryOf {
+    fn bytes(self, memory: &Memory) -> Option<u64> {
+        let bytes = match self {
+            Self::Buffer => memory.lfb_bytes,
+            Self::BufferAt16 => memory.lfb_bytes_at_16,
+        };
+        bytes.filter(|&bytes| bytes > 0)
+    }
+}
+
+/// The capture of a coordinate.
+fn capture_of(technique: &str) -> &str {
+    technique.split('/').next().unwrap_or(technique)
+}
+
+/// The straight line through a technique's times along a series.
+fn line(
+    technique: &str,
+    view: &View,
+    varies: Varies,
+    stage: &str,
+    evidence: &dyn Evidence,
+) -> Result<Fit, String> {
+    let ask = SeriesQuestion { techniques: vec![technique], view, varies, stage };
+    let points = evidence.series(&ask)?;
+    let points = points.iter().map(|point| (point.at as f64, point.times_ms[0]));
+    let points: Vec<(f64, f64)> = points.collect();
+    Fit::of(&points).ok_or_else(|| format!("no line through the times of {technique}"))
+}
+
+/// Whether sorting takes more than half of the total, at points with the time of a sort and of none.
+fn dominant(points: &[SeriesPoint], from: u64, until: u64) -> Result<Finding, String> {
+    let share = |point: &SeriesPoint| match point.times_ms[..] {
+        [sorted, floor] => Some((point.at as f64, (sorted - floor) / sorted)),
+        _ => None,
+    };
+    let shares: Vec<(f64, f64)> = points.iter().filter_map(share).collect();
+    let deep = || shares.iter().filter(|(depth, _)| *depth >= from as f64);
+    let shallow = || shares.iter().filter(|(depth, _)| *depth <= until as f64);
+    if deep().next().is_none() || shallow().next().is_none() {
+        return Err(format!("no depth of {from} and more, or none of {until} and less"));
+    }
+    let holds = deep().all(|(_, share)| *share > 0.5) && shallow().all(|(_, share)| *share <= 0.5);
+    let parts: Vec<String> =
+        shares.iter().map(|(depth, share)| format!("{depth} {share:.2}")).collect();
+    let figure = passes(&shares, 0.5).unwrap_or(f64::INFINITY);
+    Ok(Finding {
+        figure,
+        holds,
+        detail: format!("share of sorting at depth: {}", parts.join(", ")),
+    })
 }
 
 impl Bounds {
@@ -220,8 +403,18 @@ impl Rule {
             Self::Synergy { whole, parts, baseline, .. } => {
                 parts.iter().chain([whole, baseline]).collect()
             }
-            Self::Memory { technique, over, .. } => vec![technique, over],
-            Self::NeverSlower { .. } => Vec::new(),
+            Self::Memory { technique, over, .. } => over.iter().chain([technique]).collect(),
+            Self::Tables { technique, over, .. } => {
+                over.iter().map(|(over, _)| over).chain([&technique.0]).collect()
+            }
+            Self::Contrast { technique, over, .. } => vec![technique, over],
+            Self::LikeSeries { technique, .. } => vec![technique],
+            // These find their cells themselves.
+            Self::NeverSlower { .. }
+            | Self::SortRatio { .. }
+            | Self::Linear { .. }
+            | Self::SeriesSpeedup { .. }
+            | Self::Dominant { .. } => Vec::new(),
         };
         named.into_iter().map(String::as_str).collect()
     }
@@ -269,19 +462,104 @@ impl Rule {
                 let parts: Vec<String> = parts.iter().map(|part| format!("{part:.2}")).collect();
                 (whole / product, *bounds, format!("{whole:.2} against {}", parts.join(" × ")))
             }
-            Self::Memory { technique, over, views, bounds } => {
+            Self::Memory { technique, over, of, views, combine, bounds } => {
+                let bytes = |technique: &str, view: &View| {
+                    let memory = evidence.memory(technique, view)?;
+                    of.bytes(&memory).ok_or_else(|| format!("{technique} does not say its memory"))
+                };
                 let (figures, detail) = each(views, evidence, |view| {
-                    let (above, below) = (
-                        evidence.memory_bytes(technique, view)?,
-                        evidence.memory_bytes(over, view)?,
-                    );
-                    Ok(above as f64 / below as f64)
+                    let below = over.iter().map(|technique| bytes(technique, view));
+                    let below = below.collect::<Result<Vec<u64>, String>>()?;
+                    let most = below.into_iter().max().unwrap_or(0);
+                    Ok(bytes(technique, view)? as f64 / most as f64)
                 })?;
-                (Combine::Mean.of(&figures), *bounds, detail)
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Tables { technique, over, views, bounds } => {
+                let tables = |(technique, slot): &(String, u64), view: &View| {
+                    let memory = evidence.memory(technique, view)?;
+                    let pool = memory.slots.checked_mul(*slot);
+                    let tables = memory.lfb_bytes.zip(pool).and_then(|(all, p)| all.checked_sub(p));
+                    let tables =
+                        tables.ok_or_else(|| format!("{technique} does not say its tables"))?;
+                    Ok::<_, String>((tables as f64, memory.pixels as f64))
+                };
+                let (figures, detail) = each(views, evidence, |view| {
+                    let (own, pixels) = tables(technique, view)?;
+                    let Some(over) = over else {
+                        // Padded tables do not grow with the view.
+                        return match pixels == FULL_HD_PX {
+                            true => Ok(own / f64::from(1 << 20)),
+                            false => Err(format!("{pixels} pixels, not 1920 x 1080")),
+                        };
+                    };
+                    Ok(own / tables(over, view)?.0)
+                })?;
+                (Combine::Greatest.of(&figures), *bounds, detail)
+            }
+            Self::Contrast { technique, over, stage, views: (first, second), bounds } => {
+                let speedup = |view: &View| -> Result<f64, String> {
+                    Ok(time(over, view, stage)? / time(technique, view, stage)?)
+                };
+                let (a, b) = (speedup(first)?, speedup(second)?);
+                let detail = format!("{} {a:.2}, {} {b:.2}", first.0, second.0);
+                (a / b, *bounds, detail)
+            }
+            Self::Linear { techniques, view, varies, stage, bounds } => {
+                let mut figures = Vec::new();
+                for technique in techniques {
+                    figures.push(line(technique, view, *varies, stage, evidence)?.r_squared);
+                }
+                let parts = techniques.iter().zip(&figures);
+                let parts = parts.map(|(name, r)| format!("{} {r:.4}", capture_of(name)));
+                let detail = parts.collect::<Vec<String>>().join(", ");
+                (Combine::Least.of(&figures), *bounds, detail)
+            }
+            Self::SeriesSpeedup { technique, over, view, varies, stage, combine, bounds } => {
+                let techniques = [technique].into_iter().chain(over).map(String::as_str).collect();
+                let ask = SeriesQuestion { techniques, view, varies: *varies, stage };
+                let points = evidence.series(&ask)?;
+                let ratio = |point: &SeriesPoint| {
+                    let (own, others) = point.times_ms.split_first()?;
+                    Some(others.iter().copied().fold(f64::INFINITY, f64::min) / own)
+                };
+                let figures: Vec<f64> = points.iter().filter_map(ratio).collect();
+                let parts = points.iter().zip(&figures);
+                let parts = parts.map(|(point, ratio)| format!("{} {ratio:.2}", point.at));
+                let detail = parts.collect::<Vec<String>>().join(", ");
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Dominant { technique, floor, view, varies, from, until } => {
+                let techniques = vec![technique.as_str(), floor.as_str()];
+                let ask = SeriesQuestion { techniques, view, varies: *varies, stage: TOTAL };
+                return dominant(&evidence.series(&ask)?, *from, *until);
+            }
+            Self::LikeSeries { technique, view, varies, stage, views, bounds } => {
+                let line = line(technique, view, *varies, stage, evidence)?;
+                let (figures, detail) = each(views, evidence, |view| {
+                    Ok(time(technique, view, stage)? / line.at(evidence.fragments(view)? as f64))
+                })?;
+                let factors: Vec<f64> = figures
+                    .iter()
+                    .map(|ratio| if *ratio > 0.0 { ratio.max(1.0 / ratio) } else { f64::INFINITY })
+                    .collect();
+                (Combine::Greatest.of(&factors), *bounds, format!("time over the line: {detail}"))
+            }
+            Self::SortRatio { sort, than, shader_stage, max, scenes, combine, bounds } => {
+                let ask =
+                    SortQuestion { sort, than, shader_stage, max, scenes, depths: 0..=u64::MAX };
+                let figures: Vec<f64> = evidence.sorts(&ask)?.iter().map(|r| r.ratio).collect();
+                if figures.is_empty() {
+                    let scenes = scenes.join(" or ");
+                    return Err(format!("no view of {scenes} with {sort} and {than}, {max}"));
+                }
+                let (least, most) = (Combine::Least.of(&figures), Combine::Greatest.of(&figures));
+                let detail = format!("{least:.2} to {most:.2} in {} comparisons", figures.len());
+                (combine.of(&figures), *bounds, detail)
             }
             Self::NeverSlower { sort, than, shader_stage, scenes, from_depth, to_depth } => {
                 let depths = *from_depth..=*to_depth;
-                let ask = SortQuestion { sort, than, shader_stage, scenes, depths };
+                let ask = SortQuestion { sort, than, shader_stage, max: "peak", scenes, depths };
                 let ratios = evidence.sorts(&ask)?;
                 let worst = ratios.iter().map(|ratio| ratio.ratio).fold(f64::NAN, f64::max);
                 if worst.is_nan() {
@@ -300,21 +578,4 @@ impl Rule {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bounds_are_what_they_say() {
-        let bounds = Bounds { above: Some(1.0), at_least: None, at_most: Some(2.0) };
-        assert!(!bounds.hold(1.0) && bounds.hold(1.5) && bounds.hold(2.0) && !bounds.hold(2.1));
-        assert!(!bounds.hold(f64::NAN));
-    }
-
-    #[test]
-    fn views_are_combined() {
-        let figures = [1.0, 2.0, 6.0];
-        assert_eq!(Combine::Mean.of(&figures), 3.0);
-        assert_eq!(Combine::Least.of(&figures), 1.0);
-        assert_eq!(Combine::Greatest.of(&figures), 6.0);
-    }
-}
+mod tests;

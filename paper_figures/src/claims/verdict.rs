@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use analysis::Tables;
 
-use super::evidence::{Measured, Paper};
+use super::measured::Measured;
+use super::paper::Paper;
 use super::{Claim, Finding, all};
 use crate::FigureError;
+use crate::axis::three_digits;
 use crate::output::{Csv, Stamp, Table};
 
 /// Whether a claim holds.
@@ -92,7 +94,7 @@ pub fn verdicts(tables: &Tables) -> Result<Vec<Verdict>, FigureError> {
 }
 
 fn figure(value: Option<f64>) -> String {
-    value.map_or("–".to_owned(), |value| format!("{value:.2}"))
+    value.map_or("–".to_owned(), three_digits)
 }
 
 fn stamps(tables: &Tables) -> BTreeSet<Stamp> {

@@ -1,6 +1,8 @@
 //! Figure 5 of the backwards memory allocation paper: the histogram of depth complexity.
 
-use analysis::Tables;
+use std::collections::BTreeMap;
+
+use analysis::{Tables, scene_name};
 
 use super::Figure;
 use crate::FigureError;
@@ -95,8 +97,15 @@ fn output(
     });
     let mut notes = Vec::new();
     if !flat.is_empty() {
-        let names: Vec<String> = flat.iter().map(|(group, _)| group.title()).collect();
-        let names = names.join("; ");
+        let mut views: BTreeMap<&str, usize> = BTreeMap::new();
+        for (group, _) in flat {
+            *views.entry(scene_name(group.scene)).or_default() += 1;
+        }
+        let names = views.into_iter().map(|(scene, count)| match count {
+            1 => format!("{scene}, one view"),
+            _ => format!("{scene}, {count} views"),
+        });
+        let names = names.collect::<Vec<String>>().join("; ");
         notes.push(format!("Not drawn, as all covered pixels have the same depth: {names}."));
     }
     Output {

@@ -29,7 +29,8 @@ pub fn compare(tables: &Tables, sort: &str) -> Result<Vec<Output>, FigureError> 
         });
     }
     let mut outputs = Vec::new();
-    for group in groups(tables, ratios::wanted) {
+    // The run that speaks for a view is the one with most of this sort.
+    for group in groups(tables, |cell| ratios::wanted(cell) && cell.technique.sort == sort) {
         let mut compared = Vec::new();
         for (family, sorts) in families(&group) {
             let Some((own_name, own)) = sorts.get_key_value(sort) else { continue };

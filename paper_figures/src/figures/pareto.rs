@@ -8,7 +8,7 @@ use crate::axis::{number, three_digits};
 use crate::chart::{ErrorScatter, ScatterPanel, ScatterPoint};
 use crate::data::{Group, groups};
 use crate::output::{Csv, Output, Stamp, Table, Value};
-use crate::technique_names::label;
+use crate::technique_names::{is_floor, label};
 
 /// Time against error.
 pub(super) struct Pareto;
@@ -37,7 +37,7 @@ impl Figure for Pareto {
                 .collect();
             let exact = cells.iter().any(|cell| cell.rmse() == Some(0.0));
             // Blending unsorted is the floor of times, not a choice between time and error.
-            let chosen = |cell: &&CellResult| cell.technique.sort != "passthrough";
+            let chosen = |cell: &&CellResult| !is_floor(&cell.technique.sort);
             let off = cells.iter().filter(|cell| chosen(cell));
             let off = off.filter_map(|cell| cell.rmse()).any(|rmse| rmse > 0.0);
             if exact && off {
@@ -49,7 +49,7 @@ impl Figure for Pareto {
 }
 
 fn wanted(cell: &CellResult) -> bool {
-    cell.technique.pool_percent == "100" && cell.rmse().is_some_and(f64::is_finite)
+    cell.technique.whole_pool() && cell.rmse().is_some_and(f64::is_finite)
 }
 
 /// Marks the points that no other beats in one of time and error without losing in the other.

@@ -41,7 +41,7 @@ fn wanted(cell: &CellResult) -> bool {
     VIEWS.iter().any(view)
         && cell.verification.as_ref().is_some_and(|v| v.verdict == Verdict::Exact)
         && (technique.capture == "linked_list" && technique.max == "peak")
-        && technique.pool_percent == "100"
+        && technique.whole_pool()
 }
 
 /// Every device that has one of the views.

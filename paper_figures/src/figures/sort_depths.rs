@@ -9,16 +9,20 @@ use super::Figure;
 use super::ratios::{self, families};
 use crate::FigureError;
 use crate::axis::three_digits;
-use crate::chart::{DepthLine, DepthLines, DepthPanel, DepthPoint};
+use crate::chart::{Line, LinePanel, LinePoint, Lines, Scale};
 use crate::data::{Group, groups, slug};
-use crate::output::{Csv, Output, Stamp, Table};
+use crate::output::{Csv, Output, Stamp, Table, fullest};
 use crate::style::sort_colour;
 
 /// Sorts against depth complexity.
 pub(super) struct SortDepths;
 
-/// Run, scene, view and resolution: all that groups of one chart share. The depth differs.
-type Series<'a> = (String, &'a str, &'a str, [u32; 2]);
+/// Run, scene, view, resolution and covered pixels: all that groups of one chart share. The depth
+/// differs.
+type Series<'a> = (String, &'a str, &'a str, [u32; 2], u64);
+
+/// Depths, and the median and the ends of its interval in ms.
+type Times = Vec<(u64, [f64; 3])>;
 
 impl Figure for SortDepths {
     fn name(&self) -> &'static str {
@@ -36,26 +40,26 @@ impl Figure for SortDepths {
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
         let mut series: BTreeMap<Series, BTreeMap<u64, Group>> = BTreeMap::new();
         for group in groups(tables, ratios::wanted) {
-            let Some(depth) = uniform_depth(&group) else { continue };
+            let Some((depth, covered_px)) = uniform_depth(&group) else { continue };
             let size = [group.width_px, group.height_px];
-            let key = (group.run.name.clone(), scene_name(group.scene), group.view, size);
+            let key =
+                (group.run.name.clone(), scene_name(group.scene), group.view, size, covered_px);
             series.entry(key).or_default().insert(depth, group);
         }
         let whole = series.into_iter().filter(|(_, depths)| depths.len() >= 3);
-        let mut outputs: Vec<Output> = whole
-            .filter_map(|((_, scene, view, _), depths)| output(scene, view, &depths))
-            .collect();
-        outputs.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(outputs)
+        let drawn = whole.filter_map(|((_, scene, view, _, _), depths)| {
+            Some((depths.len(), output(scene, view, &depths)?))
+        });
+        Ok(fullest(drawn))
     }
 }
 
-/// The depth of the covered pixels, if it is the same in all.
-fn uniform_depth(group: &Group) -> Option<u64> {
+/// The depth of the covered pixels, if it is the same in all, and how many there are.
+fn uniform_depth(group: &Group) -> Option<(u64, u64)> {
     let histogram = group.run.histogram(&group.name())?;
     let mut depths = (0_u64..).zip(histogram).skip(1).filter(|(_, pixels)| **pixels > 0);
-    let (depth, _) = depths.next()?;
-    depths.next().is_none().then_some(depth)
+    let (depth, &covered_px) = depths.next()?;
+    depths.next().is_none().then_some((depth, covered_px))
 }
 
 fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Output> {
@@ -72,7 +76,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
         "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
-    let mut lines: BTreeMap<String, BTreeMap<&str, Vec<DepthPoint>>> = BTreeMap::new();
+    let mut lines: BTreeMap<String, BTreeMap<&str, Times>> = BTreeMap::new();
     for (depth, group) in depths {
         for (family, sorts) in families(group) {
             for (sort, cell) in sorts {
@@ -98,6 +102,12 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     }
     let mut tables = Vec::new();
     let mut panels = Vec::new();
+    // All panels on the same scales.
+    let heads = depths.keys().map(|&depth| depth as f64);
+    let mut x = Scale::logarithmic("fragments of every pixel", heads.clone());
+    x.ticks = heads.collect();
+    let times = lines.values().filter(|sorts| sorts.len() > 1).flat_map(BTreeMap::values).flatten();
+    let y = Scale::logarithmic("resolve with grouping, ms", times.flat_map(|(_, ms)| ms).copied());
     // A sort alone overtakes none.
     for (family, sorts) in lines.into_iter().filter(|(_, sorts)| sorts.len() > 1) {
         let heads = depths.keys().map(|depth| format!("{depth}"));
@@ -111,12 +121,16 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
             row
         });
         tables.push(Table { heading: family.clone(), columns, rows: rows.collect() });
-        let lines = sorts.into_iter().map(|(sort, points)| DepthLine {
+        let lines = sorts.into_iter().map(|(sort, points)| Line {
             label: sort.to_owned(),
             colour: sort_colour(sort),
-            points,
+            points: points
+                .into_iter()
+                .map(|(depth, y)| LinePoint { x: depth as f64, y, hollow: false })
+                .collect(),
         });
-        panels.push(DepthPanel { title: family, lines: lines.collect() });
+        let lines = lines.collect();
+        panels.push(LinePanel { title: family, x: x.clone(), y: y.clone(), across: None, lines });
     }
     if panels.is_empty() {
         return None;
@@ -125,7 +139,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
         name: format!("sort-depths-{}-{}", slug(&format!("{scene}-{view}")), first.device_slug()),
         title: format!("Resolve time against depth complexity: {scene}, {view}"),
         subtitle: format!("{}; ms, log scales", first.conditions()),
-        chart: Box::new(DepthLines(panels)),
+        chart: Box::new(Lines(panels)),
         tables,
         csv,
         notes: vec![

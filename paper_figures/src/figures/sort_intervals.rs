@@ -8,6 +8,7 @@ use super::ratios::{self, Compared, families};
 use crate::FigureError;
 use crate::data::groups;
 use crate::output::Output;
+use crate::technique_names::is_floor;
 
 /// Sorts relative to insertion sort.
 pub(super) struct SortIntervals;
@@ -25,7 +26,7 @@ impl Figure for SortIntervals {
     }
 
     fn needs(&self) -> &'static str {
-        "a view with insertion and another sort, all else equal"
+        "a view with insertion and another sort that sorts, all else equal"
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
@@ -34,6 +35,9 @@ impl Figure for SortIntervals {
             let mut compared = Vec::new();
             for (family, sorts) in families(&group) {
                 let Some(reference) = sorts.get(REFERENCE) else { continue };
+                if sorts.keys().all(|sort| *sort == REFERENCE || is_floor(sort)) {
+                    continue;
+                }
                 if !reference.times.contains_key(RESOLVE) {
                     continue;
                 }

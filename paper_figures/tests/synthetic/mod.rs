@@ -1,5 +1,7 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
+pub(crate) mod lfb;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -130,20 +132,9 @@ fn verification(technique: &str, peak: u32) -> Verification {
     }
 }
 
-/// Writes a run folder of a device named so.
-pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
-    let folder = root.join(folder);
-    let cells: Vec<(Cell, u32)> = VIEWS
-        .iter()
-        .flat_map(|&(scene, view, peak)| {
-            techniques().into_iter().map(move |technique| {
-                let (scene, view) = (scene.to_owned(), view.to_owned());
-                let (width_px, height_px) = (WIDTH_PX, HEIGHT_PX);
-                (Cell { technique, scene, view, width_px, height_px }, peak)
-            })
-        })
-        .collect();
-    let run = Run {
+/// The run of a device named so.
+fn run_of(device: &str, cells: Vec<Cell>) -> Run {
+    Run {
         schema: SCHEMA_VERSION,
         experiment: "synthetic".to_owned(),
         experiment_toml: String::new(),
@@ -163,8 +154,24 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
         command: ["oit", "sweep", "experiments/synthetic.toml"].map(str::to_owned).to_vec(),
         seed: 1,
         started: "2026-01-01T00:00:00Z".to_owned(),
-        cells: cells.iter().map(|(cell, _)| cell.clone()).collect(),
-    };
+        cells,
+    }
+}
+
+/// Writes a run folder of a device named so.
+pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
+    let folder = root.join(folder);
+    let cells: Vec<(Cell, u32)> = VIEWS
+        .iter()
+        .flat_map(|&(scene, view, peak)| {
+            techniques().into_iter().map(move |technique| {
+                let (scene, view) = (scene.to_owned(), view.to_owned());
+                let (width_px, height_px) = (WIDTH_PX, HEIGHT_PX);
+                (Cell { technique, scene, view, width_px, height_px }, peak)
+            })
+        })
+        .collect();
+    let run = run_of(device, cells.iter().map(|(cell, _)| cell.clone()).collect());
     let mut writer = RunWriter::create(&folder, &run).unwrap();
     for &(scene, view, peak) in VIEWS {
         let group = format!("{scene}:{view}@{WIDTH_PX}x{HEIGHT_PX}");
@@ -190,13 +197,18 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
 
 /// Writes the map of counts that belongs to the hairball from inside.
 pub(crate) fn write_counts(run: &Path) -> PathBuf {
+    write_bump(run, "hairball_inside-front", 200.0)
+}
+
+/// Writes a map of counts that rises to a peak in the middle.
+pub(crate) fn write_bump(run: &Path, view: &str, peak: f64) -> PathBuf {
     let counts = run.join("counts");
     std::fs::create_dir_all(&counts).unwrap();
-    let path = counts.join(format!("hairball_inside-front_{WIDTH_PX}x{HEIGHT_PX}.png"));
+    let path = counts.join(format!("{view}_{WIDTH_PX}x{HEIGHT_PX}.png"));
     let value = |index: u32| {
         let (x, y) = (f64::from(index % WIDTH_PX), f64::from(index / WIDTH_PX));
         let (dx, dy) = (x / f64::from(WIDTH_PX) - 0.5, y / f64::from(HEIGHT_PX) - 0.5);
-        (200.0 * (1.0 - 3.0 * (dx * dx + dy * dy))).max(0.0) as u32
+        (peak * (1.0 - 3.0 * (dx * dx + dy * dy))).max(0.0) as u32
     };
     let pixels: Vec<u32> = (0..WIDTH_PX * HEIGHT_PX).map(value).collect();
     oit_image::write_png16_gray(&path, WIDTH_PX, HEIGHT_PX, &pixels).unwrap();

@@ -1,0 +1,138 @@
+//! The records of one device, as evidence.
+
+use analysis::{CellResult, Ratio, Tables};
+
+use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
+use crate::data::{Group, groups, view_of};
+use crate::figures::lfb_memory::lfb_bytes_at_16;
+use crate::series::series;
+use crate::technique_names::{coordinates, find};
+
+/// The records of one device.
+pub(super) struct Measured<'a> {
+    tables: &'a Tables,
+    device: &'a str,
+    /// The groups that speak for the techniques of the rule, all of them together, so that no two
+    /// runs are put side by side.
+    groups: Vec<Group<'a>>,
+}
+
+impl<'a> Measured<'a> {
+    /// What a device's records hold of some techniques.
+    pub(super) fn new(tables: &'a Tables, device: &'a str, techniques: &[&str]) -> Self {
+        let coordinates: Vec<String> =
+            techniques.iter().flat_map(|technique| coordinates(technique)).collect();
+        let mut measured = Self { tables, device, groups: Vec::new() };
+        measured.groups = measured.groups(|cell| coordinates.contains(&cell.name.technique));
+        measured
+    }
+
+    /// The groups of this device that hold any of some cells.
+    fn groups(&self, wanted: impl Fn(&CellResult) -> bool) -> Vec<Group<'a>> {
+        let mut groups = groups(self.tables, wanted);
+        groups.retain(|group| group.run.device() == self.device);
+        groups
+    }
+
+    fn cell(&self, technique: &str, (scene, view): &View) -> Result<&'a CellResult, String> {
+        let group = view_of(&self.groups, scene, view);
+        let cell = group.and_then(|group| find(&group.cells, technique));
+        let cell = cell.filter(|cell| !cell.times.is_empty());
+        cell.ok_or_else(|| format!("no charted {technique} on {scene}, {view}"))
+    }
+}
+
+impl Evidence for Measured<'_> {
+    fn time_ms(&self, technique: &str, view: &View, stage: &str) -> Result<f64, String> {
+        let ms = self.cell(technique, view)?.median_ms(stage).filter(|&ms| ms > 0.0);
+        ms.ok_or_else(|| format!("{technique} has no time for {stage}"))
+    }
+
+    fn memory(&self, technique: &str, view: &View) -> Result<Memory, String> {
+        let cell = self.cell(technique, view)?;
+        let said = cell.verification.as_ref().ok_or_else(|| "no memory recorded".to_owned())?;
+        Ok(Memory {
+            lfb_bytes: said.lfb_bytes,
+            lfb_bytes_at_16: lfb_bytes_at_16(said),
+            slots: said.pool_final,
+            pixels: u64::from(cell.name.width_px) * u64::from(cell.name.height_px),
+        })
+    }
+
+    fn fragments(&self, (scene, view): &View) -> Result<u64, String> {
+        let group = view_of(&self.groups, scene, view);
+        let total = group.and_then(|group| group.run.total_fragments(&group.name()));
+        total.ok_or_else(|| format!("no count of {scene}, {view}"))
+    }
+
+    fn views(&self, scene: &str) -> Vec<String> {
+        let of_scene =
+            self.groups.iter().filter(|group| analysis::scene_name(group.scene) == scene);
+        let mut views: Vec<String> = of_scene.map(|group| group.view.to_owned()).collect();
+        views.sort();
+        views.dedup();
+        views
+    }
+
+    fn sorts(&self, ask: &SortQuestion) -> Result<Vec<Ratio>, String> {
+        let of_family = |cell: &CellResult| {
+            let technique = &cell.technique;
+            ask.scenes.iter().any(|scene| scene == analysis::scene_name(&cell.name.scene))
+                && technique.shader_stage == ask.shader_stage
+                && (technique.max == ask.max && technique.whole_pool())
+                && [ask.sort, ask.than].contains(&technique.sort.as_str())
+        };
+        let mut ratios = Vec::new();
+        for group in self.groups(of_family) {
+            let peak = group
+                .run
+                .histogram(&group.name())
+                .and_then(|histogram| histogram.iter().rposition(|&pixels| pixels > 0));
+            if !peak.is_some_and(|peak| ask.depths.contains(&(peak as u64))) {
+                continue;
+            }
+            let cells = || group.cells.iter().filter(|cell| of_family(cell));
+            for own in cells().filter(|cell| cell.technique.sort == ask.sort) {
+                let same = |other: &&&CellResult| {
+                    other.technique.sort == ask.than
+                        && other.technique.capture == own.technique.capture
+                        && other.technique.schedule == own.technique.schedule
+                        && other.technique.ties == own.technique.ties
+                };
+                for other in cells().filter(same) {
+                    ratios.extend(analysis::compare(own, other, analysis::RESOLVE).ok());
+                }
+            }
+        }
+        Ok(ratios)
+    }
+
+    fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {
+        let (scene, view) = ask.view;
+        let wanted = |cell: &CellResult| {
+            let named = |technique: &&str| coordinates(technique).contains(&cell.name.technique);
+            cell.name.view == *view && ask.techniques.iter().any(named)
+        };
+        let mut longest: Vec<SeriesPoint> = Vec::new();
+        for points in series(self.tables, scene, ask.varies, wanted) {
+            let own = points.iter().filter(|point| point.group.run.device() == self.device);
+            let point = |point: &crate::series::Point| {
+                let time = |technique: &&str| {
+                    let cell = find(&point.group.cells, technique)?;
+                    cell.median_ms(ask.stage).filter(|&ms| ms > 0.0)
+                };
+                let times_ms = ask.techniques.iter().map(time).collect::<Option<Vec<f64>>>()?;
+                Some(SeriesPoint { at: ask.varies.at(point), times_ms })
+            };
+            let own: Vec<SeriesPoint> = own.filter_map(point).collect();
+            if own.len() > longest.len() {
+                longest = own;
+            }
+        }
+        if longest.len() < 3 {
+            let techniques = ask.techniques.join(", ");
+            return Err(format!("no series of {scene}, {view} with {techniques}"));
+        }
+        Ok(longest)
+    }
+}

@@ -1,0 +1,250 @@
+//! Each kind of rule that rests on layouts and series: a case that holds, one that does not, and one
+//! without evidence. Rules are read from TOML, as claims are.
+
+use std::collections::BTreeMap;
+
+use analysis::Ratio;
+
+use super::*;
+
+/// Numbers by technique and scene, made up.
+#[derive(Default)]
+struct Made {
+    times: BTreeMap<(&'static str, &'static str), f64>,
+    memory: BTreeMap<(&'static str, &'static str), Memory>,
+    ratios: Vec<f64>,
+    /// Along the one series: place, and times by technique.
+    series: Vec<(u64, Vec<(&'static str, f64)>)>,
+}
+
+impl Evidence for Made {
+    fn time_ms(&self, technique: &str, (scene, _): &View, _: &str) -> Result<f64, String> {
+        let found = self.times.iter().find(|((t, s), _)| *t == technique && s == scene);
+        found.map(|(_, ms)| *ms).ok_or_else(|| format!("no {technique} on {scene}"))
+    }
+
+    fn memory(&self, technique: &str, (scene, _): &View) -> Result<Memory, String> {
+        let found = self.memory.iter().find(|((t, s), _)| *t == technique && s == scene);
+        found.map(|(_, memory)| *memory).ok_or_else(|| format!("no memory of {technique}"))
+    }
+
+    fn views(&self, _: &str) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn fragments(&self, _: &View) -> Result<u64, String> {
+        Ok(25)
+    }
+
+    fn sorts(&self, ask: &SortQuestion) -> Result<Vec<Ratio>, String> {
+        assert_eq!(ask.max, "max256");
+        let ratio =
+            |&ratio: &f64| Ratio { ratio, low: ratio, high: ratio, verdict: Comparison::Same };
+        Ok(self.ratios.iter().map(ratio).collect())
+    }
+
+    fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {
+        let point = |(at, times): &(u64, Vec<(&str, f64)>)| {
+            let time = |name: &&str| Some(times.iter().find(|(known, _)| known == name)?.1);
+            let times_ms = ask.techniques.iter().map(time).collect::<Option<Vec<f64>>>()?;
+            Some(SeriesPoint { at: *at, times_ms })
+        };
+        let points: Vec<SeriesPoint> = self.series.iter().filter_map(point).collect();
+        if points.is_empty() { Err("no series".to_owned()) } else { Ok(points) }
+    }
+}
+
+#[derive(Deserialize)]
+struct File {
+    rule: Rule,
+}
+
+fn finding(rule: &str, made: &Made) -> Result<Finding, String> {
+    let file: File = toml::from_str(&format!("rule = {{ {rule} }}")).unwrap();
+    file.rule.finding(made)
+}
+
+/// Whether a rule holds, and its figure to three decimals.
+fn answer(rule: &str, made: &Made) -> (bool, f64) {
+    let finding = finding(rule, made).unwrap();
+    (finding.holds, (finding.figure * 1e3).round() / 1e3)
+}
+
+#[test]
+fn bounds_are_what_they_say() {
+    let bounds = Bounds { above: Some(1.0), at_least: None, at_most: Some(2.0) };
+    assert!(!bounds.hold(1.0) && bounds.hold(1.5) && bounds.hold(2.0) && !bounds.hold(2.1));
+    assert!(!bounds.hold(f64::NAN));
+}
+
+#[test]
+fn views_are_combined() {
+    let figures = [1.0, 2.0, 6.0];
+    assert_eq!(Combine::Mean.of(&figures), 3.0);
+    assert_eq!(Combine::Least.of(&figures), 1.0);
+    assert_eq!(Combine::Greatest.of(&figures), 6.0);
+}
+
+fn memory(lfb_bytes: u64, slots: u64) -> Memory {
+    let lfb_bytes_at_16 = Some(lfb_bytes + 8 * slots);
+    Memory { lfb_bytes: Some(lfb_bytes), lfb_bytes_at_16, slots, pixels: 1920 * 1080 }
+}
+
+#[test]
+fn memory_is_of_the_buffer_and_over_the_most() {
+    let made = Made {
+        memory: BTreeMap::from([
+            (("list", "a"), memory(1600, 100)),
+            (("line", "a"), memory(1200, 100)),
+            (("array", "a"), memory(3200, 400)),
+        ]),
+        ..Made::default()
+    };
+    let rule = |own: &str, over: &str, of: &str, bounds: &str| {
+        format!(
+            "kind = 'memory', technique = '{own}', over = [{over}], of = '{of}', \
+             views = [['a', 'front']], combine = 'mean', {bounds}"
+        )
+    };
+    assert_eq!(answer(&rule("list", "'line'", "buffer", "at_most = 1.4"), &made), (true, 1.333));
+    // 2400 over 2000.
+    let at_16 = rule("list", "'line'", "buffer_at16", "at_least = 1.3");
+    assert_eq!(answer(&at_16, &made), (false, 1.2));
+    let most = rule("array", "'line', 'list'", "buffer", "above = 1.0");
+    assert_eq!(answer(&most, &made), (true, 2.0));
+    let missing = rule("array", "'line', 'pages'", "buffer", "above = 1.0");
+    assert!(finding(&missing, &made).unwrap_err().contains("pages"));
+    // An older record, that says nothing of its buffer.
+    let old = Memory { lfb_bytes: None, ..memory(0, 100) };
+    let made = Made { memory: BTreeMap::from([(("list", "a"), old)]), ..Made::default() };
+    let unsaid = rule("list", "'list'", "buffer", "above = 1.0");
+    assert!(finding(&unsaid, &made).unwrap_err().contains("does not say"));
+}
+
+#[test]
+fn tables_are_what_the_pool_is_not() {
+    let made = Made {
+        // The chapter's: offsets padded to a power of two, and a head a pixel.
+        memory: BTreeMap::from([
+            (("line", "a"), memory((8 << 20) + 8 * 50, 50)),
+            (("list", "a"), memory(4 * 1920 * 1080 + 12 * 50, 50)),
+        ]),
+        ..Made::default()
+    };
+    let over = "kind = 'tables', technique = ['line', 8], over = ['list', 12], \
+                views = [['a', 'front']], above = 1.0, at_most = 2.0";
+    assert_eq!(answer(over, &made), (true, 1.011));
+    let size = |bounds: &str| {
+        format!("kind = 'tables', technique = ['line', 8], views = [['a', 'front']], {bounds}")
+    };
+    assert_eq!(answer(&size("at_least = 7.5, at_most = 8.5"), &made), (true, 8.0));
+    assert!(!answer(&size("at_most = 7.0"), &made).0);
+    // Slots larger than the buffer are a wrong rule, not tables of less than nothing.
+    let wrong =
+        "kind = 'tables', technique = ['line', 800000], views = [['a', 'front']], above = 1.0";
+    assert!(finding(wrong, &made).unwrap_err().contains("does not say"));
+    assert!(finding(over, &Made::default()).is_err());
+    // Another resolution says nothing of the chapter's megabytes.
+    let small = Memory { pixels: 100, ..memory(800, 50) };
+    let made = Made { memory: BTreeMap::from([(("line", "a"), small)]), ..Made::default() };
+    assert!(finding(&size("at_least = 0.0"), &made).unwrap_err().contains("not 1920 x 1080"));
+}
+
+#[test]
+fn a_contrast_is_of_two_speedups() {
+    let times = [("own", "a", 1.0), ("other", "a", 3.0), ("own", "b", 2.0), ("other", "b", 3.0)];
+    let times = times.map(|(technique, scene, ms)| ((technique, scene), ms));
+    let made = Made { times: BTreeMap::from(times), ..Made::default() };
+    let rule = |first: &str, second: &str| {
+        format!(
+            "kind = 'contrast', technique = 'own', over = 'other', stage = 'total', \
+             views = [['{first}', 'front'], ['{second}', 'front']], above = 1.0"
+        )
+    };
+    assert_eq!(answer(&rule("a", "b"), &made), (true, 2.0));
+    assert_eq!(answer(&rule("b", "a"), &made), (false, 0.5));
+    assert!(finding(&rule("a", "c"), &made).is_err());
+}
+
+fn series(names: [&'static str; 2], points: &[(u64, f64, f64)]) -> Made {
+    let point = |&(at, a, b): &(u64, f64, f64)| (at, vec![(names[0], a), (names[1], b)]);
+    Made { series: points.iter().map(point).collect(), ..Made::default() }
+}
+
+#[test]
+fn a_line_is_as_straight_as_the_least_straight() {
+    let made = series(["a", "b"], &[(10, 1.0, 1.0), (20, 2.0, 4.0), (30, 3.0, 3.0)]);
+    let rule = |names: &str| {
+        format!(
+            "kind = 'linear', techniques = [{names}], view = ['grid', 'front'], varies = 'size', \
+             stage = 'total', at_least = 0.99"
+        )
+    };
+    assert_eq!(answer(&rule("'a'"), &made), (true, 1.0));
+    // By hand: xy 2, xx 2, yy 14/3.
+    assert_eq!(answer(&rule("'a', 'b'"), &made), (false, 0.429));
+    assert!(finding(&rule("'a', 'c'"), &made).is_err());
+    // Two points are no evidence.
+    let short = series(["a", "b"], &[(10, 1.0, 1.0), (20, 2.0, 4.0)]);
+    assert!(finding(&rule("'a'"), &short).is_err());
+}
+
+#[test]
+fn a_speedup_is_taken_point_by_point() {
+    let made = series(["a", "b"], &[(10, 1.0, 2.0), (20, 2.0, 3.0), (30, 4.0, 4.8)]);
+    let rule = |own: &str, over: &str, combine: &str| {
+        format!(
+            "kind = 'series_speedup', technique = '{own}', over = ['{over}'], \
+             view = ['grid', 'front'], varies = 'size', stage = 'total', combine = '{combine}', \
+             above = 1.0"
+        )
+    };
+    assert_eq!(answer(&rule("a", "b", "least"), &made), (true, 1.2));
+    assert_eq!(answer(&rule("b", "a", "greatest"), &made), (false, 0.833));
+    assert!(finding(&rule("a", "c", "least"), &made).is_err());
+}
+
+#[test]
+fn sorting_dominates_from_a_depth_on() {
+    let rule = |from: u64, until: u64| {
+        format!(
+            "kind = 'dominant', technique = 'a', floor = 'b', view = ['grid', 'front'], \
+             varies = 'depth_at_same_total', from = {from}, until = {until}"
+        )
+    };
+    // Shares of 0.2, 0.4, 0.6, 0.75.
+    let points = [(10, 1.25, 1.0), (40, 5.0, 3.0), (60, 5.0, 2.0), (80, 4.0, 1.0)];
+    let made = series(["a", "b"], &points);
+    assert_eq!(answer(&rule(60, 20), &made), (true, 50.0));
+    assert_eq!(answer(&rule(40, 20), &made), (false, 50.0));
+    assert_eq!(answer(&rule(60, 60), &made), (false, 50.0));
+    let never = series(["a", "b"], &[(10, 1.25, 1.0), (60, 1.25, 1.0), (80, 1.25, 1.0)]);
+    assert_eq!(answer(&rule(60, 20), &never), (false, f64::INFINITY));
+    // No point is deep enough to say.
+    assert!(finding(&rule(100, 20), &made).unwrap_err().contains("no depth"));
+    assert!(finding(&rule(60, 20), &Made::default()).is_err());
+}
+
+#[test]
+fn views_are_like_a_series_by_their_fragments() {
+    let rule = "kind = 'like_series', technique = 'a', view = ['grid', 'front'], varies = 'size', \
+                stage = 'total', views = [['x', 'front'], ['y', 'front']], at_most = 2.0";
+    // 25 fragments on the line: 2.5 ms.
+    let mut made = series(["a", "b"], &[(10, 1.0, 1.0), (20, 2.0, 1.0), (30, 3.0, 1.0)]);
+    assert!(finding(rule, &made).is_err());
+    made.times = BTreeMap::from([(("a", "x"), 2.0), (("a", "y"), 3.0)]);
+    assert_eq!(answer(rule, &made), (true, 1.25));
+    made.times = BTreeMap::from([(("a", "x"), 1.0), (("a", "y"), 3.0)]);
+    assert_eq!(answer(rule, &made), (false, 2.5));
+}
+
+#[test]
+fn a_ratio_of_sorts_is_of_all_views() {
+    let rule = "kind = 'sort_ratio', sort = 'unsorted', than = 'passthrough', \
+                shader_stage = 'fragment', max = 'max256', scenes = ['stack'], combine = 'mean', \
+                at_least = 3.0, at_most = 4.0";
+    let made = |ratios: &[f64]| Made { ratios: ratios.to_vec(), ..Made::default() };
+    assert_eq!(answer(rule, &made(&[3.0, 3.5])), (true, 3.25));
+    assert_eq!(answer(rule, &made(&[1.0, 3.0])), (false, 2.0));
+    assert!(finding(rule, &made(&[])).unwrap_err().contains("no view of stack"));
+}
