@@ -8,7 +8,11 @@ fn store_fragment(pixel: u32, fragment: vec2<u32>) {
     keep_nearest(pixel, layers * STRIDE, STRIDE, fragment);
 }
 
+// Helper invocations cover no sample. Atomics give them nothing, so that they would go on to the end
+// of a loop that ends with what an atomic gives, and the others of their subgroup with them.
 @fragment
-fn fs(in: Varyings) {
-    store_fragment(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+fn fs(in: Varyings, @builtin(sample_mask) mask: u32) {
+    if (mask != 0u) {
+        store_fragment(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+    }
 }
