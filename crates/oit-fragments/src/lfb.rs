@@ -1,5 +1,7 @@
 //! The layered fragment buffer as data: every fragment of a frame, by pixel.
 
+use rayon::prelude::*;
+
 use crate::Fragment;
 
 /// Every fragment of a frame, by pixel, row by row from the top left; within a pixel in the order
@@ -165,37 +167,44 @@ impl Lfb {
     #[must_use]
     pub fn multiset_difference(&self, other: &Self) -> MultisetDifference {
         assert_eq!((self.width, self.height), (other.width, other.height), "buffers of one size");
-        let mut difference = MultisetDifference::default();
-        let (mut a, mut b) = (Vec::new(), Vec::new());
-        for pixel in 0..self.pixels() {
-            if self.pixel(pixel) == other.pixel(pixel) {
-                continue;
-            }
-            a.clear();
-            b.clear();
-            a.extend(self.pixel(pixel).iter().map(|f| f.key()));
-            b.extend(other.pixel(pixel).iter().map(|f| f.key()));
-            a.sort_unstable();
-            b.sort_unstable();
-            let (mut i, mut j, mut shared) = (0, 0, 0u64);
-            while i < a.len() && j < b.len() {
-                match a[i].cmp(&b[j]) {
-                    std::cmp::Ordering::Less => i += 1,
-                    std::cmp::Ordering::Greater => j += 1,
-                    std::cmp::Ordering::Equal => {
-                        i += 1;
-                        j += 1;
-                        shared += 1;
-                    }
+        let pixels = (0..self.pixels()).into_par_iter().with_min_len(256);
+        let differences =
+            pixels.map_init(Default::default, |(a, b): &mut (Vec<_>, Vec<_>), pixel| {
+                if self.pixel(pixel) == other.pixel(pixel) {
+                    return MultisetDifference::default();
                 }
-            }
-            let (missing, extra) = (a.len() as u64 - shared, b.len() as u64 - shared);
-            difference.missing += missing;
-            difference.extra += extra;
-            difference.pixels += u64::from(missing + extra > 0);
-        }
-        difference
+                for (keys, lfb) in [(&mut *a, self), (&mut *b, other)] {
+                    keys.clear();
+                    keys.extend(lfb.pixel(pixel).iter().map(|f| f.key()));
+                    keys.sort_unstable();
+                }
+                let shared = shared(a, b);
+                let (missing, extra) = (a.len() as u64 - shared, b.len() as u64 - shared);
+                MultisetDifference { pixels: u64::from(missing + extra > 0), missing, extra }
+            });
+        differences.reduce(MultisetDifference::default, |a, b| MultisetDifference {
+            pixels: a.pixels + b.pixels,
+            missing: a.missing + b.missing,
+            extra: a.extra + b.extra,
+        })
     }
+}
+
+/// How many of their keys two sorted lists share.
+fn shared(a: &[u64], b: &[u64]) -> u64 {
+    let (mut i, mut j, mut shared) = (0, 0, 0);
+    while i < a.len() && j < b.len() {
+        match a[i].cmp(&b[j]) {
+            std::cmp::Ordering::Less => i += 1,
+            std::cmp::Ordering::Greater => j += 1,
+            std::cmp::Ordering::Equal => {
+                i += 1;
+                j += 1;
+                shared += 1;
+            }
+        }
+    }
+    shared
 }
 
 /// How many pixels have how many fragments: what intervals, pools and array sizes are chosen from.
