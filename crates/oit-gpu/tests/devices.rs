@@ -246,6 +246,25 @@ fn arrays_are_as_long_as_their_buffers(device: &mut dyn Device) {
         let words = bytes as u32 / 4;
         assert_eq!(words_of(device, &plan, "lengths")[..2], [words, words], "{bytes}");
     }
+    // The largest there may be: a driver may allow more than it can count.
+    let largest = device.info().max_storage_buffer_bytes / 4;
+    let wgsl = "
+        @group(0) @binding(0) var<storage, read> large: array<u32>;
+        @group(0) @binding(1) var<storage, read_write> lengths: array<u32, 4>;
+        @compute @workgroup_size(1) fn main() { lengths[0] = arrayLength(&large); }";
+    let buffers = vec![Buffer::new("large", 4 * largest), Buffer::new("lengths", 16)];
+    let plan = plan(buffers, vec![], vec![compute("lengths", wgsl, [1, 1, 1])]);
+    match device.prepare(&plan) {
+        Ok(id) => {
+            device.run(id).expect("ran");
+            let lengths = to_words(&device.read(id, "lengths").expect("read"));
+            assert_eq!(u64::from(lengths[0]), largest);
+        }
+        Err(error) => {
+            assert!(matches!(error, GpuError::OutOfMemory(_)), "{error}");
+            println!("{}: not checked: {error}", device.info().id);
+        }
+    }
 }
 
 fn clears_a_buffer(device: &mut dyn Device) {

@@ -1,5 +1,7 @@
 //! The records of one device, as evidence.
 
+use std::collections::HashSet;
+
 use analysis::{CellResult, Ratio, Tables};
 
 use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
@@ -82,8 +84,16 @@ impl Evidence for Measured<'_> {
                 && (technique.max == ask.max && technique.whole_pool())
                 && [ask.sort, ask.than].contains(&technique.sort.as_str())
         };
+        // A run that lacks the other sort has nothing to compare, however many cells it has.
+        let other = self.tables.results.iter().filter(|cell| {
+            of_family(cell) && cell.technique.sort == ask.than && !cell.times.is_empty()
+        });
+        let other: HashSet<(usize, String)> =
+            other.map(|cell| (cell.run, cell.name.group())).collect();
+        let comparable =
+            |cell: &CellResult| of_family(cell) && other.contains(&(cell.run, cell.name.group()));
         let mut ratios = Vec::new();
-        for group in self.groups(of_family) {
+        for group in self.groups(comparable) {
             let peak = group
                 .run
                 .histogram(&group.name())

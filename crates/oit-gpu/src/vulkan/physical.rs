@@ -215,7 +215,8 @@ fn limits(
     Limits {
         device: device.to_owned(),
         buffer_bytes: p13.max_buffer_size.min(p11.max_memory_allocation_size),
-        storage_binding_bytes: u64::from(limits.max_storage_buffer_range),
+        // NVIDIA's driver 580 allows 4 GiB, but says that an array of 2 GiB and more has no elements.
+        storage_binding_bytes: u64::from(limits.max_storage_buffer_range).min((1 << 31) - 4),
         uniform_binding_bytes: u64::from(limits.max_uniform_buffer_range),
         storage_bindings_per_stage: limits.max_per_stage_descriptor_storage_buffers,
         uniform_bindings_per_stage: limits.max_per_stage_descriptor_uniform_buffers,
