@@ -12,7 +12,7 @@ use oit_gpu::{
 };
 use oit_sort::{Entry, Layout, Output, Program, SortSpec, workgroups};
 
-use crate::technique::{DEEPEST, MaxFrags, Schedule, Stage, Technique};
+use crate::technique::{DEEPEST, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
 use crate::{CellError, FrameSize};
 
 /// Where every plan leaves its picture: premultiplied RGBA, 16 bytes a pixel, a target in the
@@ -50,10 +50,12 @@ pub(crate) fn sort_spec(
         .sort
         .for_max_frags(interval.high)
         .map_err(|error| CellError::Unsupported(error.to_string()))?;
-    // The base schedule runs its one program on empty pixels too.
+    // The base schedule runs its one program on empty pixels too. And where fragments are left out, a
+    // pixel may have fewer than were counted for it.
+    let is_counted = technique.pool.policy == PoolPolicy::Grow;
     let min_frags = match technique.schedule {
-        Schedule::Base => 0,
-        Schedule::BaseStencil | Schedule::Bma => interval.low,
+        Schedule::BaseStencil | Schedule::Bma if is_counted => interval.low,
+        _ => 0,
     };
     let spec = SortSpec { min_frags, max_frags: interval.high, ties: technique.ties, store };
     Ok((strategy, spec))

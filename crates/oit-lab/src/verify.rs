@@ -73,24 +73,32 @@ impl Verifier {
     ) -> Result<Verification, CellError> {
         let fragments = self.fragments(engine, technique, ready, preparation)?;
         let image = engine.picture(ready)?;
+        let reason = self.inexact(technique)?;
+        let dropping = technique.pool.policy == PoolPolicy::Drop;
+        // What is left out is data; what is left must still be blended right.
+        let of_stored = if dropping && fragments.missing > 0 && reason.is_none() {
+            let stored = oracle::composite(&engine.captured(ready)?);
+            Some(difference(&image, &stored)?)
+                .filter(|own| technique.ties == Ties::Total && !exact(own))
+        } else {
+            None
+        };
         engine.run(ready)?;
         let again = engine.picture(ready)?;
         let differs =
             image.pixels.iter().zip(&again.pixels).filter(|(a, b)| bits(**a) != bits(**b));
         let repeat_differs_px = differs.count() as u64;
-        let all = self.difference(&image)?;
+        let all = difference(&image, &self.picture)?;
         let depth_only = technique.ties == Ties::Depth;
         let decisive = if depth_only && self.tied_px > 0 {
-            self.difference(&self.without_tied(image))?
+            difference(&self.without_tied(image), &self.picture)?
         } else {
             all
         };
-        let reason = self.inexact(technique)?;
-        let exact = decisive.wrong_px == 0
-            && decisive.max_color_error <= EXACT_TOLERANCE
-            && decisive.max_alpha_error <= EXACT_TOLERANCE;
-        let dropping = technique.pool.policy == PoolPolicy::Drop;
-        let (verdict, note) = if dropping && fragments.extra == 0 && fragments.missing > 0 {
+        let (verdict, note) = if let Some(own) = of_stored {
+            let note = format!("its picture is not that of what it stored: {}", off(&own));
+            (Verdict::Wrong, Some(note))
+        } else if dropping && fragments.extra == 0 && fragments.missing > 0 {
             let (missing, pixels) = (fragments.missing, fragments.pixels);
             let note = format!("the pool has no room for {missing} fragments of {pixels} pixels");
             (Verdict::Approximate, Some(note))
@@ -100,12 +108,8 @@ impl Verifier {
             (Verdict::Wrong, Some(note))
         } else if let Some(reason) = reason {
             (Verdict::Approximate, Some(reason))
-        } else if !exact {
-            let Difference { wrong_px, max_color_error, max_alpha_error, .. } = decisive;
-            let note = format!(
-                "{wrong_px} wrong pixels, colour off by up to {max_color_error:.3e}, alpha by up \
-                 to {max_alpha_error:.3e}"
-            );
+        } else if !exact(&decisive) {
+            let note = off(&decisive);
             (Verdict::Wrong, Some(note))
         } else {
             let tied = (depth_only && self.tied_px > 0).then(|| {
@@ -154,10 +158,6 @@ impl Verifier {
         Ok(difference)
     }
 
-    fn difference(&self, image: &Image) -> Result<Difference, CellError> {
-        compare(image, &self.picture).map_err(|error| CellError::Failed(error.to_string()))
-    }
-
     fn without_tied(&self, mut image: Image) -> Image {
         for ((pixel, right), tied) in image.pixels.iter_mut().zip(&self.picture).zip(&self.tied) {
             if *tied {
@@ -181,6 +181,26 @@ impl Verifier {
             format!("{deep} pixels are deeper than the {max_frags} fragments that it holds")
         }))
     }
+}
+
+fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError> {
+    compare(image, right).map_err(|error| CellError::Failed(error.to_string()))
+}
+
+/// Whether a picture is as near to the oracle's as one of single precision can be.
+fn exact(difference: &Difference) -> bool {
+    difference.wrong_px == 0
+        && difference.max_color_error <= EXACT_TOLERANCE
+        && difference.max_alpha_error <= EXACT_TOLERANCE
+}
+
+/// How far a picture is off, in words.
+fn off(difference: &Difference) -> String {
+    let Difference { wrong_px, max_color_error, max_alpha_error, .. } = difference;
+    format!(
+        "{wrong_px} wrong pixels, colour off by up to {max_color_error:.3e}, alpha by up to \
+         {max_alpha_error:.3e}"
+    )
 }
 
 /// A pixel bit by bit, for comparing runs: not a number equals itself here.

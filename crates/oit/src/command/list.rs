@@ -55,17 +55,24 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
     match what {
         What::Techniques => {
             println!(
-                "  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN], where"
+                "  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]], where"
             );
             let join = |names: Vec<&str>| names.join(" | ");
             row("capture", &join(CAPTURES.iter().map(|capture| capture.name()).collect()));
-            row("schedule", "base | bma-stencil (fragment stage) | bma-list (compute stage)");
+            row(
+                "schedule",
+                "base | base-stencil, bma-stencil (fragment stage) | bma-list (compute stage)",
+            );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
             row("", "A+B: A where it holds the interval, B above");
             row("stage", "fragment | compute");
             row("max", "peak (the next power of two above the peak) | maxN");
             row("ties-depth", "compare depth alone, as the papers do");
-            row("poolN", "start with a pool of N % of the counted fragments");
+            row(
+                "poolN",
+                "start with a pool of N % of what is needed: it grows, and both attempts are timed",
+            );
+            row("poolN-drop", "the same, but it does not grow: what has no room is left out");
             for (alias, name) in ALIASES {
                 row(alias, name);
             }
