@@ -10,7 +10,7 @@ mod stencil;
 
 pub use intervals::{BadIntervals, Interval, Intervals};
 pub use list::{ListGrouping, list_grouping};
-pub use stencil::{mark, mask_pass, masked, stencil_target};
+pub use stencil::{MOST_COUNTED, count_drawn, counted, mark, mask_pass, masked, stencil_target};
 
 /// What is grouped.
 #[derive(Clone, Copy, Debug)]

@@ -63,31 +63,57 @@ fn fs(@builtin(position) position: vec4<f32>) {{
 /// The test by which a capture marks every pixel that it draws to: it rejects nothing.
 #[must_use]
 pub fn mark() -> DepthStencil {
-    DepthStencil {
-        target: STENCIL.into(),
-        depth: None,
-        stencil: Some(Stencil {
-            clear: Some(0),
-            compare: Compare::Always,
-            reference: MARK,
-            pass: StencilOp::Replace,
-            fail: StencilOp::Keep,
-        }),
-    }
+    stencil(MARKING)
+}
+
+const MARKING: Stencil = Stencil {
+    clear: Some(0),
+    compare: Compare::Always,
+    reference: MARK,
+    pass: StencilOp::Replace,
+    fail: StencilOp::Keep,
+};
+
+fn stencil(test: Stencil) -> DepthStencil {
+    DepthStencil { target: STENCIL.into(), depth: None, stencil: Some(test) }
+}
+
+/// The most fragments of a pixel that a stencil counts.
+pub const MOST_COUNTED: u32 = 255;
+
+/// The test by which a capture counts each pixel's fragments, up to [`MOST_COUNTED`]: it rejects
+/// nothing.
+#[must_use]
+pub fn count_drawn() -> DepthStencil {
+    stencil(Stencil { pass: StencilOp::IncrementClamp, ..MARKING })
+}
+
+/// The test by which a resolve runs on pixels with at least `low` fragments that a stencil counted.
+/// Those that it runs on count none from then on, so that intervals are resolved from the deepest
+/// to the shallowest (BMA paper, section 3: in descending order).
+///
+/// # Panics
+/// Where `low` is 0 or above [`MOST_COUNTED`].
+#[must_use]
+pub fn counted(low: u32) -> DepthStencil {
+    assert!((1..=MOST_COUNTED).contains(&low), "a stencil does not count {low}");
+    stencil(Stencil {
+        clear: None,
+        compare: Compare::LessEqual,
+        reference: low as u8,
+        pass: StencilOp::Zero,
+        fail: StencilOp::Keep,
+    })
 }
 
 /// The test by which a resolve runs on marked pixels only.
 #[must_use]
 pub fn masked() -> DepthStencil {
-    DepthStencil {
-        target: STENCIL.into(),
-        depth: None,
-        stencil: Some(Stencil {
-            clear: None,
-            compare: Compare::Equal,
-            reference: MARK,
-            pass: StencilOp::Keep,
-            fail: StencilOp::Keep,
-        }),
-    }
+    stencil(Stencil {
+        clear: None,
+        compare: Compare::Equal,
+        reference: MARK,
+        pass: StencilOp::Keep,
+        fail: StencilOp::Keep,
+    })
 }

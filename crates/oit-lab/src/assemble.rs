@@ -1,8 +1,8 @@
 //! From a technique's coordinate to a plan: capture passes, grouping passes, resolve passes.
 
 use oit_bma::{
-    GroupRequest, Interval, Intervals, ListGrouping, list_grouping, mark, mask_pass, masked,
-    stencil_target,
+    GroupRequest, Interval, Intervals, ListGrouping, MOST_COUNTED, count_drawn, counted,
+    list_grouping, mark, mask_pass, masked, stencil_target,
 };
 use oit_capture::{CapturePasses, CaptureRequest, Demand, Geometry, Lists};
 use oit_fragments::DepthHistogram;
@@ -28,10 +28,10 @@ pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, C
             "{peak} fragments on one pixel; techniques hold up to {DEEPEST}"
         )));
     }
-    Ok(match (technique.schedule, technique.max_frags) {
-        (Schedule::Base | Schedule::BaseStencil, _) => Intervals::from_uppers(vec![max]),
-        (Schedule::Bma, MaxFrags::Peak) => Ok(Intervals::powers_of_two(peak)),
-        (Schedule::Bma, MaxFrags::Exactly(_)) => {
+    Ok(match (technique.schedule.has_intervals(), technique.max_frags) {
+        (false, _) => Intervals::from_uppers(vec![max]),
+        (true, MaxFrags::Peak) => Ok(Intervals::powers_of_two(peak)),
+        (true, MaxFrags::Exactly(_)) => {
             let doubling = std::iter::successors(Some(8u32), |&upper| Some(upper * 2));
             let mut uppers: Vec<u32> = doubling.take_while(|&upper| upper < max).collect();
             uppers.push(max);
@@ -53,10 +53,8 @@ pub(crate) fn sort_spec(
     // The base schedule runs its one program on empty pixels too. And where fragments are left out, a
     // pixel may have fewer than were counted for it.
     let is_counted = technique.pool.policy == PoolPolicy::Grow;
-    let min_frags = match technique.schedule {
-        Schedule::BaseStencil | Schedule::Bma if is_counted => interval.low,
-        _ => 0,
-    };
+    let min_frags =
+        if is_counted && technique.schedule != Schedule::Base { interval.low } else { 0 };
     let spec = SortSpec { min_frags, max_frags: interval.high, ties: technique.ties, store };
     Ok((strategy, spec))
 }
@@ -151,7 +149,7 @@ pub fn assemble(
 ) -> Result<Plan, CellError> {
     needs_lists(technique)?;
     let capture = technique.capture;
-    if technique.schedule == Schedule::BaseStencil && !capture.marks() {
+    if technique.schedule.masks_what_is_drawn() && !capture.marks() {
         return Err(CellError::Unsupported(format!(
             "{} has a depth target, and no stencil to mark pixels in",
             capture.name()
@@ -167,7 +165,12 @@ pub fn assemble(
             histogram,
             counts: technique.schedule == Schedule::Bma,
             lists: grouping.as_ref().map(|(_, lists)| lists),
-            mark: (technique.schedule == Schedule::BaseStencil).then(mark).as_ref(),
+            mark: match technique.schedule {
+                Schedule::BaseStencil => Some(mark()),
+                Schedule::BmaStencilCount => Some(count_drawn()),
+                Schedule::Base | Schedule::Bma => None,
+            }
+            .as_ref(),
         }),
         Fragments::Stored(buffers) => {
             CapturePasses { buffers: buffers.to_vec(), ..CapturePasses::default() }
@@ -185,24 +188,39 @@ pub fn assemble(
                 width: size.width_px,
                 height: size.height_px,
             });
-            let grouped = technique.schedule == Schedule::Bma;
-            let masking = technique.schedule != Schedule::Base;
-            if masking {
+            if technique.schedule != Schedule::Base {
                 plan.targets.push(stencil_target(&group));
             }
-            if technique.schedule == Schedule::BaseStencil
-                && matches!(fragments, Fragments::Stored(_))
-            {
+            let stored = matches!(fragments, Fragments::Stored(_));
+            let mut masks = Vec::new();
+            match technique.schedule {
+                Schedule::Base => masks.push((None, None)),
                 // Nothing is drawn that could leave its mark.
-                plan.passes.push(mask_pass(&group, Interval { low: 1, high: u32::MAX }, true));
-            }
-            for (place, interval) in intervals.iter().enumerate() {
-                if grouped {
-                    plan.passes.push(mask_pass(&group, interval, place + 1 == intervals.len()));
+                Schedule::BaseStencil if stored => {
+                    let covered = Interval { low: 1, high: u32::MAX };
+                    masks.push((Some(mask_pass(&group, covered, true)), Some(masked())));
                 }
+                Schedule::BaseStencil => masks.push((None, Some(masked()))),
+                Schedule::Bma => {
+                    masks.extend(intervals.iter().enumerate().map(|(place, interval)| {
+                        let last = place + 1 == intervals.len();
+                        (Some(mask_pass(&group, interval, last)), Some(masked()))
+                    }))
+                }
+                Schedule::BmaStencilCount => {
+                    masks
+                        .extend(stencil_counts(&intervals, stored)?.map(|test| (None, Some(test))));
+                }
+            }
+            let mut resolves: Vec<_> = intervals.iter().zip(masks).collect();
+            if technique.schedule == Schedule::BmaStencilCount {
+                resolves.reverse();
+            }
+            for (place, (interval, (pass, test))) in resolves.into_iter().enumerate() {
+                plan.passes.extend(pass);
                 let shader = program(technique, interval, Entry::Fragment, size)?;
                 let load = if place == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
-                plan.passes.push(full_screen(shader, load, masking.then(masked)));
+                plan.passes.push(full_screen(shader, load, test));
             }
         }
         Stage::Compute => {
@@ -228,6 +246,24 @@ pub fn assemble(
         }
     }
     Ok(plan)
+}
+
+/// The tests by which each interval is resolved where the stencil has counted fragments.
+fn stencil_counts(
+    intervals: &Intervals,
+    stored: bool,
+) -> Result<impl Iterator<Item = DepthStencil>, CellError> {
+    let deepest = intervals.iter().last().map_or(0, |interval| interval.low);
+    if deepest > MOST_COUNTED {
+        return Err(CellError::Unsupported(format!(
+            "the stencil counts {MOST_COUNTED} fragments at most, and an interval begins at {deepest}"
+        )));
+    }
+    if stored {
+        let reason = "stored fragments are not drawn, so that no stencil counts them";
+        return Err(CellError::Unsupported(reason.into()));
+    }
+    Ok(intervals.iter().map(|interval| counted(interval.low)))
 }
 
 fn program(

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{intervals, needs_lists, sort_spec};
 use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData};
-use crate::technique::{Pool, Schedule, Stage, Technique};
+use crate::technique::{Pool, Stage, Technique};
 
 /// The twins, and the view open on them.
 pub(crate) struct CpuEngine {
@@ -175,7 +175,7 @@ impl Engine for CpuEngine {
         let started = Instant::now();
         let captured = capture_twin(view, technique.capture);
         let mut stages = vec![("capture", ns(started))];
-        let lists = if technique.schedule == Schedule::Bma {
+        let lists = if technique.schedule.has_intervals() {
             let grouping = Instant::now();
             let lists = intervals(technique, peak)?.group(captured.counts());
             stages.push(("group", ns(grouping)));

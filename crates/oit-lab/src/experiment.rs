@@ -384,8 +384,12 @@ impl SweepFile {
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
         let sizes = place.numbers(&self.max_frags, MaxFrags::Peak, parse_max_frags)?;
         let pools = place.numbers(&self.pools, Pool::WHOLE, parse_pool)?;
-        let masked = self.schedules.iter().find(|word| word.get_ref() == "base-stencil");
-        if let Some(word) = masked.filter(|_| stages.contains(&Stage::Compute)) {
+        let masked = |word: &&Spanned<String>| {
+            parse_schedule(word.get_ref()).is_ok_and(Schedule::masks_what_is_drawn)
+        };
+        if let Some(word) = self.schedules.iter().find(masked)
+            && stages.contains(&Stage::Compute)
+        {
             let (schedule, needs, stage) = (word.get_ref().clone(), "fragment", "compute");
             return place.technique(word, Err(TechniqueError::Stage { schedule, needs, stage }));
         }
@@ -394,7 +398,7 @@ impl SweepFile {
                 for sort in &sorts {
                     for &stage in &stages {
                         // Of `all` schedules those that the stage has.
-                        if (schedule, stage) == (Schedule::BaseStencil, Stage::Compute) {
+                        if schedule.masks_what_is_drawn() && stage == Stage::Compute {
                             continue;
                         }
                         for &max_frags in &sizes {

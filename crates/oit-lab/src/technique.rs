@@ -71,6 +71,9 @@ pub enum Schedule {
     /// Backwards memory allocation: one program for each interval of depth complexity. Pixels are
     /// grouped by stencil in the fragment stage, by lists in the compute stage.
     Bma,
+    /// The same where the capture counts fragments in the stencil, and intervals are resolved from
+    /// the deepest to the shallowest. Fragment stage only, up to 255 fragments.
+    BmaStencilCount,
 }
 
 /// Where resolve programs run.
@@ -96,7 +99,7 @@ pub const DEEPEST: u32 = 4096;
 
 impl Schedule {
     /// Every schedule, in the order they are listed, with what it does.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Base, "base", "one resolve program for all pixels"),
         (
             Self::BaseStencil,
@@ -110,7 +113,26 @@ impl Schedule {
             "one resolve program for each interval of depth complexity: bma-stencil masks pixels \
              in the fragment stage, bma-list dispatches lists of pixels in the compute stage",
         ),
+        (
+            Self::BmaStencilCount,
+            "bma-stencil-count",
+            "bma in the fragment stage where the capture counts fragments in the stencil and \
+             intervals are resolved in descending order; no interval may begin above 255",
+        ),
     ];
+
+    /// Whether it masks pixels by what the capture leaves in the stencil: then it has the fragment
+    /// stage only, and a name in it that is its own.
+    #[must_use]
+    pub fn masks_what_is_drawn(self) -> bool {
+        matches!(self, Self::BaseStencil | Self::BmaStencilCount)
+    }
+
+    /// Whether it has one program for each interval of depth complexity.
+    #[must_use]
+    pub fn has_intervals(self) -> bool {
+        matches!(self, Self::Bma | Self::BmaStencilCount)
+    }
 }
 
 impl Stage {
@@ -168,6 +190,7 @@ impl fmt::Display for Technique {
         let schedule = match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
             (Schedule::BaseStencil, _) => "base-stencil",
+            (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
             (Schedule::Bma, Stage::Compute) => "bma-list",
         };
@@ -317,14 +340,17 @@ impl FromStr for Technique {
         let schedule = match (*schedule, stage) {
             ("bma-stencil", Stage::Fragment) | ("bma-list", Stage::Compute) => Schedule::Bma,
             ("base-stencil", Stage::Fragment) => Schedule::BaseStencil,
-            ("base-stencil" | "bma-stencil", Stage::Compute) | ("bma-list", Stage::Fragment) => {
+            ("bma-stencil-count", Stage::Fragment) => Schedule::BmaStencilCount,
+            ("base-stencil" | "bma-stencil" | "bma-stencil-count", Stage::Compute)
+            | ("bma-list", Stage::Fragment) => {
                 let needs = if stage == Stage::Compute { "fragment" } else { "compute" };
                 let (schedule, stage) = ((*schedule).to_owned(), stage.name());
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
             ("base", _) => Schedule::Base,
             (other, _) => {
-                let valid = ["base", "base-stencil", "bma-stencil", "bma-list"];
+                let valid =
+                    ["base", "base-stencil", "bma-stencil", "bma-stencil-count", "bma-list"];
                 return Err(unknown("schedule", other, valid));
             }
         };
@@ -362,6 +388,7 @@ mod tests {
             "linearized/bma-list/network+rbs/compute/peak/ties-depth",
             "linearized/base/passthrough/compute/max8/pool50",
             "linearized/base-stencil/insertion/fragment/peak/ties-depth/pool100-drop",
+            "linked_list/bma-stencil-count/rbs/fragment/peak",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }

@@ -77,7 +77,7 @@ fn all_techniques() -> Vec<Technique> {
         }
     }
     // In compute there is no stencil.
-    techniques.retain(|t| (t.schedule, t.stage) != (Schedule::BaseStencil, Stage::Compute));
+    techniques.retain(|t| t.stage == Stage::Fragment || !t.schedule.masks_what_is_drawn());
     techniques
 }
 
@@ -232,6 +232,31 @@ fn stored_fragments_are_resolved_as_drawn_ones() {
         }
         let every = if id == "cpu" { 2 } else { 5 };
         assert!(ran >= every * 2, "{id} ran {ran} cells");
+    }
+}
+
+/// Up to the interval that begins at 129, which takes pixels that a stencil of 8 bits cannot tell
+/// apart; not further.
+#[test]
+fn a_stencil_counts_as_far_as_it_goes() {
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let technique: Technique =
+            "linked_list/bma-stencil-count/rbs/fragment/peak".parse().expect("a technique");
+        for (count, supported) in [(5, true), (129, true), (256, true), (257, false)] {
+            engine.open_view(stack(count, SIZE)).expect("the view opens");
+            let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+            if supported {
+                let result = verify(&mut *engine, &mut verifier, &technique).expect("supported");
+                assert_eq!(result.verdict, Verdict::Exact, "{id} {count}: {:?}", result.note);
+            } else {
+                let Err(CellError::Unsupported(reason)) = engine.prepare(&technique) else {
+                    panic!("{count} fragments are more than the stencil counts");
+                };
+                assert!(reason.contains("255") && reason.contains("257"), "{reason}");
+            }
+        }
     }
 }
 

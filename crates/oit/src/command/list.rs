@@ -61,7 +61,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             row("capture", &join(CAPTURES.iter().map(|capture| capture.name()).collect()));
             row(
                 "schedule",
-                "base | base-stencil, bma-stencil (fragment stage) | bma-list (compute stage)",
+                "base | base-stencil, bma-stencil, bma-stencil-count (fragment) | bma-list (compute)",
             );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
             row("", "A+B: A where it holds the interval, B above");
