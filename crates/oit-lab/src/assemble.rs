@@ -202,10 +202,10 @@ pub fn assemble(
                 }
                 Schedule::BaseStencil => masks.push((None, Some(masked()))),
                 Schedule::Bma => {
-                    masks.extend(intervals.iter().enumerate().map(|(place, interval)| {
+                    for (place, interval) in intervals.iter().enumerate() {
                         let last = place + 1 == intervals.len();
-                        (Some(mask_pass(&group, interval, last)), Some(masked()))
-                    }))
+                        masks.push((Some(mask_pass(&group, interval, last)), Some(masked())));
+                    }
                 }
                 Schedule::BmaStencilCount => {
                     masks
