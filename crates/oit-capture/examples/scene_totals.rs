@@ -63,6 +63,10 @@ pub const PUBLISHED: &[Published] = &[
         size_px: [1680, 1050],
         ..view("atrium", "bma", Some(279_178), 14_449_340, Some(46), BMA)
     },
+    Published {
+        size_px: [1680, 1050],
+        ..view("smoke", "bma", Some(13_468), 10_072_458, Some(136), BMA)
+    },
     view("hairball", "inside-front", None, 113_000_000, Some(200), RBS),
     view("hairball", "inside-back", None, 82_000_000, Some(206), RBS),
     view("planes", "front", None, 40_000_000, Some(128), RBS),

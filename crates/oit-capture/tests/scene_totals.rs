@@ -18,6 +18,7 @@ fn totals_and_peaks_are_the_papers() {
     let rows = rows().unwrap();
     println!("{}\n{}", totals_table(&rows), intervals_table(&rows));
     assert_eq!(rows.iter().filter(|row| row.published.scene == "atrium").count(), 4);
+    assert_eq!(rows.iter().filter(|row| row.published.scene == "smoke").count(), 1);
     for Row { published, triangles, histogram } in &rows {
         let within = |what: &str, ours: u64, papers: u64, percent: f64| {
             let difference = difference_percent(ours, papers);
@@ -74,6 +75,21 @@ fn the_atriums_depth_falls_from_shallow_to_deep() {
         assert!(densities.is_sorted_by(|a, b| a > b), "{view}: {densities:?}");
         assert!(densities[0] * 8.0 > 0.5 * pixels, "{view}: {densities:?}");
     }
+}
+
+#[test]
+fn the_smokes_depth_falls_from_shallow_to_deep() {
+    let smoke = scene("smoke", &[]).unwrap();
+    let histogram = histogram(&smoke, "bma", [840, 525]).unwrap();
+    let pixels = 840.0 * 525.0;
+    let empty = histogram.pixels_in(0, 0) as f64 / pixels;
+    assert!((0.6..0.9).contains(&empty), "{empty} of the pixels are empty");
+    let intervals = [[1, 8], [9, 16], [17, 32], [33, 64], [65, 128], [129, 256]];
+    let densities = intervals
+        .map(|[low, high]| histogram.pixels_in(low, high) as f64 / f64::from(high - low + 1));
+    assert!(densities.is_sorted_by(|a, b| a > b), "{densities:?}");
+    // Every interval that the paper has a speedup for in its Table 1 has pixels.
+    assert!(densities.iter().all(|density| *density > 0.0), "{densities:?}");
 }
 
 #[test]

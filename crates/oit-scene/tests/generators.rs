@@ -142,6 +142,7 @@ fn documented_counts() {
     assert_eq!(count("intersecting", &[]), 4 * 2);
     assert_eq!(count("shells", &[]), 5 * 24 * 48 * 2);
     assert_eq!(count("atrium", &[]), 279_200);
+    assert_eq!(count("smoke", &[]), 13_468);
 }
 
 #[test]
@@ -312,6 +313,55 @@ fn an_atrium_is_transparent_and_as_large_as_its_bays() {
     assert_eq!(clear.indices, mesh.indices);
     let halves = mesh.vertices.iter().zip(&clear.vertices);
     assert!(halves.into_iter().all(|(full, half)| full.rgba[3].abs_diff(2 * half.rgba[3]) <= 1));
+}
+
+#[test]
+fn smoke_rises_in_squares_that_face_the_view() {
+    let scene = scene("smoke.toml");
+    let camera = &scene.views[0].camera;
+    let sight = glam::Vec3::from(camera.target) - glam::Vec3::from(camera.eye);
+    assert_eq!(sight.normalize(), glam::Vec3::NEG_Z, "the squares face +z");
+    let mesh = &scene.mesh;
+    let (squares, rest) = mesh.vertices.as_chunks::<4>();
+    assert!(rest.is_empty());
+    for [a, b, c, d] in squares {
+        let at = [a, b, c, d].map(|vertex| glam::Vec3::from(vertex.position));
+        assert!(at.iter().all(|corner| corner.z == at[0].z));
+        let (along, across) = (at[1] - at[0], at[3] - at[0]);
+        let side = along.length();
+        assert!((0.291 * 0.2 * 0.69..0.291 * 1.31).contains(&side), "{side}");
+        assert!((across.length() - side).abs() < 1e-5 && along.dot(across).abs() < 1e-5);
+        assert!((at[2] - at[0] - along - across).length() < 1e-5);
+        let [red, green, blue, alpha] = a.rgba;
+        assert!(red == green && green == blue);
+        assert!((5..=25).contains(&alpha), "{alpha}: from 0.02 to 0.1");
+    }
+    // The oldest are written first and are the highest and the largest.
+    let eighth = squares.len() / 8;
+    let mean = |part: &[[oit_scene::Vertex; 4]], axis: usize| {
+        part.iter().map(|square| square[0].position[axis]).sum::<f32>() / part.len() as f32
+    };
+    let heights: Vec<f32> = squares.chunks_exact(eighth).map(|part| mean(part, 1)).collect();
+    assert!(heights.first() > heights.last(), "{heights:?}");
+    assert!(heights[0] - heights[7] > 2.0, "{heights:?}");
+    // Neither in order of depth nor in its reverse: about as many steps go nearer as farther.
+    let nearer = squares.windows(2).filter(|w| w[1][0].position[2] > w[0][0].position[2]).count();
+    let share = nearer as f64 / squares.len() as f64;
+    assert!((0.45..0.55).contains(&share), "{share}");
+}
+
+#[test]
+fn smoke_has_as_many_squares_as_asked_for() {
+    for particles in [1, 2, 1000] {
+        let mesh = generate("smoke", &[("particles", particles.into())]).unwrap();
+        assert_eq!(mesh.triangle_count() as i64, 2 * particles);
+        assert_eq!(mesh.vertices.len() as i64, 4 * particles);
+    }
+    let full = generate("smoke", &[]).unwrap();
+    let thin = generate("smoke", &[("alpha", 0.0.into())]).unwrap();
+    assert!(thin.vertices.iter().all(|vertex| vertex.rgba[3] == 0));
+    let places = |mesh: &Mesh| mesh.vertices.iter().map(|v| v.position).collect::<Vec<_>>();
+    assert_eq!(places(&full), places(&thin), "opacity moves nothing");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod planes;
 mod random_triangles;
 mod shapes;
 mod shells;
+mod smoke;
 mod stack;
 
 use crate::{MAX_TRIANGLES, Mesh, Parameter, Params};
@@ -34,6 +35,7 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &hairball::Hairball,
     &random_triangles::RandomTriangles,
     &atrium::Atrium,
+    &smoke::Smoke,
     &cyclic::Cyclic,
     &intersecting::Intersecting,
     &shells::Shells,
