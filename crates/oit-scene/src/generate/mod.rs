@@ -6,9 +6,11 @@ mod grid;
 mod hairball;
 mod intersecting;
 mod planes;
+mod powerplant;
 mod random_triangles;
 mod shapes;
 mod shells;
+mod solids;
 mod stack;
 
 use crate::{MAX_TRIANGLES, Mesh, Parameter, Params};
@@ -37,6 +39,7 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &cyclic::Cyclic,
     &intersecting::Intersecting,
     &shells::Shells,
+    &powerplant::PowerPlant,
 ];
 
 /// Why a generator refuses.
