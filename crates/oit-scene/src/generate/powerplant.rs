@@ -77,9 +77,9 @@ fn build(solids: &mut Solids, params: &Params) {
     let layout = Layout { bays: params.integer("bays"), storeys: params.integer("storeys") };
 
     structure::build(solids, &layout, &mut random);
-    for middle in layout.boilers() {
+    for (i, middle) in layout.boilers().enumerate() {
         equipment::boiler(solids, &layout, middle);
-        equipment::duct(solids, &layout, middle);
+        equipment::duct(solids, &layout, middle, 3.0 * i as f32);
         equipment::turbine(solids, middle + Vec3::Z * 12.0);
     }
     equipment::chimney(solids, &layout);

@@ -192,11 +192,12 @@ fn cabinets(solids: &mut Solids, place: &Place, size: f32) {
     }
 }
 
-/// A duct from a boiler's back, over the roof and down towards the chimney's foot.
-pub(super) fn duct(solids: &mut Solids, layout: &Layout, middle: Vec3) {
+/// A duct from a boiler's top over the roof to the chimney; `aside` of the middle, lest one duct lie
+/// in another.
+pub(super) fn duct(solids: &mut Solids, layout: &Layout, middle: Vec3, aside: f32) {
     let top = STOREY * layout.storeys as f32 + 2.0;
     let end = layout.chimney();
-    let [x, z] = [middle.x + 2.0, -1.0];
+    let [x, z] = [middle.x + 2.0, end.z + aside];
     let low = [x, top, z - 1.3];
     solids.run(&WORLD, low, [end.x - 2.2, top + 1.6, z + 1.3], [true, true], DUCT);
     solids.block(&WORLD, [x, top - 2.2, z - 1.2], [x + 1.8, top - 0.02, z + 1.2], DUCT);
