@@ -88,7 +88,7 @@ pub(super) fn rack(solids: &mut Solids, layout: &Layout, storey: u64, random: &m
     }
 }
 
-/// A thin pipe that winds through some storeys beside the boilers.
+/// A thin pipe that winds through the building, crossing whatever is there.
 pub(super) fn stray(solids: &mut Solids, layout: &Layout, random: &mut SplitMix64) {
     let [half_x, half_z] = layout.half();
     let height = STOREY * layout.storeys as f32;
