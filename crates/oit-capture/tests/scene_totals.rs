@@ -17,8 +17,9 @@ const TRIANGLES_PERCENT: f64 = 5.0;
 fn totals_and_peaks_are_the_papers() {
     let rows = rows().unwrap();
     println!("{}\n{}", totals_table(&rows), intervals_table(&rows));
-    assert_eq!(rows.iter().filter(|row| row.published.scene == "atrium").count(), 4);
-    assert_eq!(rows.iter().filter(|row| row.published.scene == "smoke").count(), 1);
+    for (scene, views) in [("atrium", 4), ("powerplant", 4), ("smoke", 1)] {
+        assert_eq!(rows.iter().filter(|row| row.published.scene == scene).count(), views);
+    }
     for Row { published, triangles, histogram } in &rows {
         let within = |what: &str, ours: u64, papers: u64, percent: f64| {
             let difference = difference_percent(ours, papers);
@@ -103,6 +104,51 @@ fn a_small_atrium_has_the_same_layers() {
             [&full, &small].map(|scene| histogram(scene, view, [480, 270]).unwrap());
         let ratio = small.total() as f64 / full.total() as f64;
         assert!((0.92..1.08).contains(&ratio), "{view}: {ratio}");
+    }
+}
+
+const POWER_PLANT_VIEWS: [&str; 4] = ["bma", "rbs-v1", "rbs-v2", "rbs-v3"];
+
+#[test]
+fn the_power_plants_depth_falls_from_shallow_to_deep() {
+    let plant = scene("powerplant", &[]).unwrap();
+    for view in POWER_PLANT_VIEWS {
+        let histogram = histogram(&plant, view, [960, 540]).unwrap();
+        // Each interval has more pixels than the next, per count; `rbs-v2`, with 25 fragments a
+        // pixel in all, has fewest of the shallowest.
+        let density =
+            |low: u32, high: u32| histogram.pixels_in(low, high) as f64 / f64::from(high - low + 1);
+        let ends =
+            if view == "rbs-v2" { &[17, 33, 65, 129, 513][..] } else { &[1, 17, 33, 65, 513] };
+        let densities: Vec<f64> = ends.windows(2).map(|w| density(w[0], w[1] - 1)).collect();
+        assert!(densities.is_sorted_by(|a, b| a > b), "{view}: {densities:?}");
+        let shallow = histogram.pixels_in(0, 32) as f64 / (960.0 * 540.0);
+        assert!(shallow > 0.85, "{view}: {shallow}");
+        // Few are deep, and the deepest are there all the same.
+        let deep = histogram.pixels_in(129, u32::MAX) as f64 / (960.0 * 540.0);
+        assert!(deep < 0.02, "{view}: {deep}");
+        assert!(histogram.peak() > 90, "{view}: {}", histogram.peak());
+    }
+}
+
+#[test]
+fn the_power_plant_has_the_same_layers_at_any_detail() {
+    let detail = |value: f64| scene("powerplant", &[("detail", Value::Float(value))]).unwrap();
+    let (small, usual, full) = (detail(0.001), detail(0.05), detail(1.0));
+    let triangles = [&small, &usual, &full].map(|scene| scene.mesh.triangle_count() as u64);
+    assert!((100_000..300_000).contains(&triangles[0]), "{triangles:?}");
+    assert!((750_000..1_250_000).contains(&triangles[1]), "{triangles:?}");
+    let difference = difference_percent(triangles[2], 12_701_147);
+    assert!(difference.abs() <= TRIANGLES_PERCENT, "{triangles:?}");
+    for view in POWER_PLANT_VIEWS {
+        let [small, usual, full] =
+            [&small, &usual, &full].map(|scene| histogram(scene, view, [960, 540]).unwrap());
+        for other in [small, full] {
+            let totals = difference_percent(other.total(), usual.total());
+            assert!(totals.abs() < 2.0, "{view}: {totals:+.1} %");
+            let peaks = difference_percent(other.peak().into(), usual.peak().into());
+            assert!(peaks.abs() < 10.0, "{view}: {peaks:+.1} %");
+        }
     }
 }
 

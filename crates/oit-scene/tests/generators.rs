@@ -121,6 +121,8 @@ fn too_large_is_refused_before_it_is_made() {
         ("hairball", vec![("strands", Value::Integer(1 << 22)), ("levels", Value::Integer(4096))]),
         ("shells", vec![("count", 1024.into()), ("tessellation", 1024.into())]),
         ("atrium", vec![("bays_long", 64.into()), ("bays_wide", 64.into()), ("detail", 16.into())]),
+        ("powerplant", vec![("detail", 16.into())]),
+        ("powerplant", vec![("bays", 20.into()), ("strays", 4096.into()), ("detail", 1.into())]),
     ] {
         let error = generate(name, &values).unwrap_err();
         assert!(error.to_string().contains("triangles, more than"), "{name}: {error}");
@@ -143,6 +145,8 @@ fn documented_counts() {
     assert_eq!(count("shells", &[]), 5 * 24 * 48 * 2);
     assert_eq!(count("atrium", &[]), 279_200);
     assert_eq!(count("smoke", &[]), 13_468);
+    assert_eq!(count("powerplant", &[]), 848_780);
+    assert_eq!(count("powerplant", &[("detail", 0.001.into())]), 290_336);
 }
 
 #[test]
@@ -287,15 +291,52 @@ fn corners(mesh: &Mesh) -> Vec<[[u32; 3]; 3]> {
 }
 
 #[test]
-fn an_atriums_surfaces_do_not_lie_in_one_another() {
-    let mesh = generate("atrium", &[]).unwrap();
-    let mut triangles = corners(&mesh);
-    // Those without area, at poles, draw nothing.
-    triangles.retain(|[a, b, c]| a != b && b != c);
-    let all = triangles.len();
-    triangles.sort_unstable();
-    triangles.dedup();
-    assert_eq!(triangles.len(), all, "some triangle is there twice");
+fn surfaces_of_buildings_do_not_lie_in_one_another() {
+    for name in ["atrium", "powerplant"] {
+        let mesh = generate(name, &[]).unwrap();
+        let mut triangles = corners(&mesh);
+        // Those without area, at poles, draw nothing.
+        triangles.retain(|[a, b, c]| a != b && b != c);
+        let all = triangles.len();
+        triangles.sort_unstable();
+        triangles.dedup();
+        assert_eq!(triangles.len(), all, "{name}: some triangle is there twice");
+    }
+}
+
+#[test]
+fn a_power_plant_is_transparent_and_as_large_as_its_bays() {
+    let mesh = generate("powerplant", &[]).unwrap();
+    // From 0.05 to 0.3.
+    let alphas = || mesh.vertices.iter().map(|vertex| vertex.rgba[3]);
+    assert_eq!((alphas().min(), alphas().max()), (Some(13), Some(77)));
+
+    let least = |mesh: &Mesh, axis: usize| {
+        mesh.vertices.iter().map(|vertex| vertex.position[axis]).fold(f32::MAX, f32::min)
+    };
+    let longer = generate("powerplant", &[("bays", 12.into())]).unwrap();
+    assert!((least(&mesh, 0) - least(&longer, 0) - 6.0).abs() < 1e-3, "a bay more at each end");
+    assert!(least(&mesh, 1) > -1.0, "nothing is far below the ground");
+
+    let clear = generate("powerplant", &[("alpha", 0.5.into())]).unwrap();
+    assert_eq!(clear.indices, mesh.indices);
+    let halves = mesh.vertices.iter().zip(&clear.vertices);
+    assert!(halves.into_iter().all(|(full, half)| full.rgba[3].abs_diff(2 * half.rgba[3]) <= 1));
+}
+
+#[test]
+fn a_power_plants_details_leave_its_extent() {
+    let extent = |detail: f64| {
+        let mesh = generate("powerplant", &[("detail", detail.into())]).unwrap();
+        let corner = |pick: fn(f32, f32) -> f32, from: f32| {
+            let points = mesh.vertices.iter().map(|vertex| vertex.position);
+            points.fold([from; 3], |a, b| std::array::from_fn(|i| pick(a[i], b[i])))
+        };
+        [corner(f32::min, f32::MAX), corner(f32::max, f32::MIN)]
+    };
+    let (small, large) = (extent(0.001), extent(0.3));
+    let pairs = small.as_flattened().iter().zip(large.as_flattened());
+    assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 0.3), "{small:?} {large:?}");
 }
 
 #[test]

@@ -29,6 +29,7 @@ fn every_scene_file_loads() {
             "intersecting",
             "planes",
             "planes2",
+            "powerplant",
             "random_triangles",
             "shells",
             "smoke",
@@ -136,7 +137,7 @@ fn every_mistake_is_named_with_its_line() {
         (
             "\"stack\"",
             "\"teapot\"",
-            ":4: unknown generator `teapot`, valid: `planes`, `grid`, `stack`, `hairball`, `random_triangles`, `atrium`, `smoke`, `cyclic`, `intersecting`, `shells`",
+            ":4: unknown generator `teapot`, valid: `planes`, `grid`, `stack`, `hairball`, `random_triangles`, `atrium`, `smoke`, `cyclic`, `intersecting`, `shells`, `powerplant`",
         ),
         ("count = 2", "cuont = 2", ":5: unknown parameter `cuont`, the nearest valid: `count`"),
         ("count = 2", "count = 2.5", ":5: parameter `count` must be a whole number, found: float"),

@@ -1,13 +1,11 @@
-mod solids;
-
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::Vec3;
 
+use super::solids::{Arch, Place, Solids};
 use super::{GenerateError, Generator, check_triangles};
 use crate::mesh::to_byte;
 use crate::{Mesh, Parameter, Params, SplitMix64};
-use solids::{Arch, Place, Solids};
 
 /// A courtyard under the open sky with two storeys of arcades about it, in metres: fluted columns,
 /// vaulted galleries, balustrades, curtains, glazed windows, tiled roofs, a fountain and potted

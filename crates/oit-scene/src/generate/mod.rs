@@ -6,10 +6,12 @@ mod grid;
 mod hairball;
 mod intersecting;
 mod planes;
+mod powerplant;
 mod random_triangles;
 mod shapes;
 mod shells;
 mod smoke;
+mod solids;
 mod stack;
 
 use crate::{MAX_TRIANGLES, Mesh, Parameter, Params};
@@ -39,6 +41,7 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &cyclic::Cyclic,
     &intersecting::Intersecting,
     &shells::Shells,
+    &powerplant::PowerPlant,
 ];
 
 /// Why a generator refuses.

@@ -1,4 +1,4 @@
-//! What an atrium is built of: curved patches, blocks, turned solids and arches.
+//! What buildings are built of: curved patches, blocks, turned solids and arches.
 
 use std::f32::consts::{PI, TAU};
 
