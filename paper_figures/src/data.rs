@@ -74,6 +74,16 @@ pub(crate) fn groups<'a>(
     tables: &'a Tables,
     wanted: impl Fn(&CellResult) -> bool,
 ) -> Vec<Group<'a>> {
+    groups_with(tables, wanted, |_| true)
+}
+
+/// The same of groups that hold enough: a run that lacks what a figure compares does not speak for a
+/// view, however many cells of it it has.
+pub(crate) fn groups_with<'a>(
+    tables: &'a Tables,
+    wanted: impl Fn(&CellResult) -> bool,
+    enough: impl Fn(&Group<'a>) -> bool,
+) -> Vec<Group<'a>> {
     let mut found: BTreeMap<(usize, String), Group<'a>> = BTreeMap::new();
     for cell in &tables.results {
         let group = found.entry((cell.run, cell.name.group())).or_insert_with(|| Group {
@@ -102,7 +112,7 @@ pub(crate) fn groups<'a>(
                 group.run.name.clone(),
             )
         };
-        if charted(&group) == 0 {
+        if charted(&group) == 0 || !enough(&group) {
             continue;
         }
         let key = (group.run.device(), group.scene, group.view);

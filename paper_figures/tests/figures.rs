@@ -431,3 +431,25 @@ fn damaged_counts_are_refused() {
     fs::write(&path, b"\x89PNG no more").unwrap();
     assert!(matches!(draw(), Err(FigureError::Sidecar { .. })));
 }
+
+/// What the documents show and point to is in the repository; that tracked figures are those of the
+/// records is for `just check-figures`.
+#[test]
+fn links_of_the_documents_lead_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let docs = fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    let mut links = 0;
+    for page in pages.chain([root.join("README.md")]) {
+        let text = fs::read_to_string(&page).unwrap();
+        for rest in text.split("](").skip(1) {
+            let link = rest.split([')', '#']).next().unwrap();
+            if !link.is_empty() && !link.starts_with("http") {
+                let target = page.parent().unwrap().join(link);
+                assert!(target.exists(), "{}: nothing at {link}", page.display());
+                links += 1;
+            }
+        }
+    }
+    assert!(links > 5, "{links} links");
+}

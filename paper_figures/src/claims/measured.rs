@@ -1,11 +1,9 @@
 //! The records of one device, as evidence.
 
-use std::collections::HashSet;
-
 use analysis::{CellResult, Ratio, Tables};
 
 use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
-use crate::data::{Group, groups, view_of};
+use crate::data::{Group, groups, groups_with, view_of};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
 use crate::series::series;
 use crate::technique_names::{coordinates, find};
@@ -84,16 +82,16 @@ impl Evidence for Measured<'_> {
                 && (technique.max == ask.max && technique.whole_pool())
                 && [ask.sort, ask.than].contains(&technique.sort.as_str())
         };
-        // A run that lacks the other sort has nothing to compare, however many cells it has.
-        let other = self.tables.results.iter().filter(|cell| {
-            of_family(cell) && cell.technique.sort == ask.than && !cell.times.is_empty()
-        });
-        let other: HashSet<(usize, String)> =
-            other.map(|cell| (cell.run, cell.name.group())).collect();
-        let comparable =
-            |cell: &CellResult| of_family(cell) && other.contains(&(cell.run, cell.name.group()));
+        let has_both = |group: &Group| {
+            [ask.sort, ask.than].iter().all(|&sort| {
+                let timed = |cell: &&CellResult| of_family(cell) && !cell.times.is_empty();
+                group.cells.iter().copied().filter(timed).any(|cell| cell.technique.sort == sort)
+            })
+        };
+        let mut groups = groups_with(self.tables, of_family, has_both);
+        groups.retain(|group| group.run.device() == self.device);
         let mut ratios = Vec::new();
-        for group in self.groups(comparable) {
+        for group in groups {
             let peak = group
                 .run
                 .histogram(&group.name())

@@ -6,7 +6,7 @@ use super::Figure;
 use crate::FigureError;
 use crate::axis::{number, three_digits};
 use crate::chart::{ErrorScatter, ScatterPanel, ScatterPoint};
-use crate::data::{Group, groups};
+use crate::data::{Group, groups_with};
 use crate::output::{Csv, Output, Stamp, Table, Value};
 use crate::technique_names::{is_floor, label};
 
@@ -27,25 +27,23 @@ impl Figure for Pareto {
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
-        let mut outputs = Vec::new();
-        for group in groups(tables, wanted) {
-            let cells: Vec<&CellResult> = group
-                .cells
-                .iter()
-                .copied()
-                .filter(|cell| wanted(cell) && !cell.times.is_empty())
-                .collect();
-            let exact = cells.iter().any(|cell| cell.rmse() == Some(0.0));
-            // Blending unsorted is the floor of times, not a choice between time and error.
-            let chosen = |cell: &&CellResult| !is_floor(&cell.technique.sort);
-            let off = cells.iter().filter(|cell| chosen(cell));
-            let off = off.filter_map(|cell| cell.rmse()).any(|rmse| rmse > 0.0);
-            if exact && off {
-                outputs.push(output(&group, &cells));
-            }
-        }
-        Ok(outputs)
+        let groups = groups_with(tables, wanted, |group| trades(&charted(group)));
+        Ok(groups.iter().map(|group| output(group, &charted(group))).collect())
     }
+}
+
+/// The cells of a group that have an error and times.
+fn charted<'a>(group: &Group<'a>) -> Vec<&'a CellResult> {
+    let cells = group.cells.iter().copied();
+    cells.filter(|cell| wanted(cell) && !cell.times.is_empty()).collect()
+}
+
+/// Whether there is an exact technique and one that leaves fragments out. Blending unsorted is the
+/// floor of times, not a choice between time and error.
+fn trades(cells: &[&CellResult]) -> bool {
+    let exact = cells.iter().any(|cell| cell.rmse() == Some(0.0));
+    let mut off = cells.iter().filter(|cell| !is_floor(&cell.technique.sort));
+    exact && off.any(|cell| cell.rmse().is_some_and(|rmse| rmse > 0.0))
 }
 
 fn wanted(cell: &CellResult) -> bool {

@@ -1,12 +1,14 @@
 //! The resolve time of each sort relative to insertion sort, with intervals, after Figure 9 of the
 //! backwards memory allocation paper.
 
-use analysis::{RESOLVE, Tables};
+use std::collections::BTreeMap;
+
+use analysis::{CellResult, RESOLVE, Tables};
 
 use super::Figure;
 use super::ratios::{self, Compared, families};
 use crate::FigureError;
-use crate::data::groups;
+use crate::data::{Group, groups_with};
 use crate::output::Output;
 use crate::technique_names::is_floor;
 
@@ -31,16 +33,12 @@ impl Figure for SortIntervals {
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
         let mut outputs = Vec::new();
-        for group in groups(tables, ratios::wanted) {
+        let enough =
+            |group: &Group| families(group).values().any(|sorts| reference(sorts).is_some());
+        for group in groups_with(tables, ratios::wanted, enough) {
             let mut compared = Vec::new();
             for (family, sorts) in families(&group) {
-                let Some(reference) = sorts.get(REFERENCE) else { continue };
-                if sorts.keys().all(|sort| *sort == REFERENCE || is_floor(sort)) {
-                    continue;
-                }
-                if !reference.times.contains_key(RESOLVE) {
-                    continue;
-                }
+                let Some(reference) = reference(&sorts) else { continue };
                 for (sort, cell) in sorts.iter().filter(|(sort, _)| **sort != REFERENCE) {
                     let ratio = analysis::compare(cell, reference, RESOLVE)?;
                     compared.push(Compared {
@@ -51,9 +49,6 @@ impl Figure for SortIntervals {
                     });
                 }
             }
-            if compared.is_empty() {
-                continue;
-            }
             let name = format!("sort-intervals-{}-{}", group.slug(), group.device_slug());
             let title = format!("Sorts relative to insertion sort: {}", group.title());
             let axis = "resolve time (with grouping) over that of insertion sort, log scale";
@@ -63,4 +58,11 @@ impl Figure for SortIntervals {
         }
         Ok(outputs)
     }
+}
+
+/// What the sorts of a family are compared with, if there is a sort to compare with it.
+fn reference<'a>(sorts: &BTreeMap<&str, &'a CellResult>) -> Option<&'a CellResult> {
+    let others = sorts.keys().any(|sort| *sort != REFERENCE && !is_floor(sort));
+    let reference = sorts.get(REFERENCE).copied()?;
+    (others && reference.times.contains_key(RESOLVE)).then_some(reference)
 }
