@@ -149,6 +149,13 @@ impl Lfb {
         &self.fragments[self.offsets[pixel]..self.offsets[pixel + 1]]
     }
 
+    /// Puts each pixel's fragments, in place, into another order.
+    pub fn reorder(&mut self, mut order: impl FnMut(&mut [Fragment])) {
+        for pair in self.offsets.windows(2) {
+            order(&mut self.fragments[pair[0]..pair[1]]);
+        }
+    }
+
     /// Fragments of each pixel, in order.
     pub fn counts(&self) -> impl Iterator<Item = u32> + '_ {
         self.offsets.windows(2).map(|pair| (pair[1] - pair[0]) as u32)

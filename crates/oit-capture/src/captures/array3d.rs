@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use oit_fragments::{Fragment, Lfb};
+use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
@@ -30,9 +30,33 @@ pub(super) fn layer_slots(pixels: u64) -> u64 {
     pixels.max(4)
 }
 
-/// Layers of a pool.
-pub(super) fn layers(pool: u64, pixels: u64) -> u64 {
-    pool_slots(pool) / layer_slots(pixels)
+/// The fragments of a pool of layers; `take` takes those of a pixel from the first layer on.
+///
+/// # Errors
+/// Where a buffer cannot be read, or `take` finds it damaged.
+pub(super) fn from_layers(
+    read: &mut LfbReader,
+    mut take: impl FnMut(
+        usize,
+        &mut dyn Iterator<Item = Fragment>,
+        &mut Vec<Fragment>,
+    ) -> Result<(), LfbError>,
+) -> Result<Lfb, CaptureError> {
+    let pixels = read.pixels();
+    let layers = pool_slots(read.pool_slots) / layer_slots(pixels);
+    let counts = read.words("counts", pixels)?;
+    let slots = read.fragments(layers * layer_slots(pixels))?;
+    let stride = layer_slots(pixels) as usize;
+
+    let mut offsets = Vec::with_capacity(counts.len() + 1);
+    let mut fragments = Vec::new();
+    offsets.push(0);
+    for (pixel, &count) in counts.iter().enumerate() {
+        let held = u64::from(count).min(layers) as usize;
+        take(pixel, &mut (0..held).map(|layer| slots[layer * stride + pixel]), &mut fragments)?;
+        offsets.push(fragments.len());
+    }
+    Ok(Lfb::new(read.width_px, read.height_px, offsets, fragments)?)
 }
 
 /// The constant by which the capture's shaders know the size of a layer.
@@ -112,21 +136,10 @@ impl Capture for Array3d {
     }
 
     fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
-        let pixels = read.pixels();
-        let layers = layers(read.pool_slots, pixels);
-        let counts = read.words("counts", pixels)?;
-        let slots = read.fragments(layers * layer_slots(pixels))?;
-        let stride = layer_slots(pixels) as usize;
-
-        let mut offsets = Vec::with_capacity(counts.len() + 1);
-        let mut fragments = Vec::new();
-        offsets.push(0);
-        for (pixel, &count) in counts.iter().enumerate() {
-            let held = u64::from(count).min(layers) as usize;
-            fragments.extend((0..held).map(|layer| slots[layer * stride + pixel]));
-            offsets.push(fragments.len());
-        }
-        Ok(Lfb::new(read.width_px, read.height_px, offsets, fragments)?)
+        from_layers(read, |_, held, fragments| {
+            fragments.extend(held);
+            Ok(())
+        })
     }
 
     /// A pixel's slots are filled from the first: the order is that of submission.

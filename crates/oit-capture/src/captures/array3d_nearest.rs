@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::Lfb;
 use oit_gpu::{Buffer, Pass};
 
-use super::array3d::{in_layers, layer_slots, layered_usage, layers, stride_wgsl};
+use super::array3d::{from_layers, in_layers, layer_slots, layered_usage, stride_wgsl};
 use super::nearest::{CITATION, NEAREST, read_back, sort, stored};
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
 use crate::{
@@ -77,22 +77,7 @@ impl Capture for Array3dNearest {
     }
 
     fn unpack(&self, read: &mut LfbReader) -> Result<Lfb, CaptureError> {
-        let pixels = read.pixels();
-        let layers = layers(read.pool_slots, pixels);
-        let counts = read.words("counts", pixels)?;
-        let slots = read.fragments(layers * layer_slots(pixels))?;
-        let stride = layer_slots(pixels) as usize;
-
-        let mut offsets = Vec::with_capacity(counts.len() + 1);
-        let mut fragments = Vec::new();
-        offsets.push(0);
-        for (pixel, &count) in counts.iter().enumerate() {
-            let held = u64::from(count).min(layers) as usize;
-            let own = (0..held).map(|layer| slots[layer * stride + pixel]);
-            read_back(pixel, own, &mut fragments)?;
-            offsets.push(fragments.len());
-        }
-        Ok(Lfb::new(read.width_px, read.height_px, offsets, fragments)?)
+        from_layers(read, |pixel, held, fragments| read_back(pixel, held, fragments))
     }
 
     /// Sorted front to back.

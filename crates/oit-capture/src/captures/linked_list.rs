@@ -26,15 +26,47 @@ pub struct LinkedList {
 /// For capture passes that need not count.
 pub(super) const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
 
-/// Turns each pixel's fragments round.
-pub(super) fn reverse(lfb: &mut Lfb) {
-    let offsets = lfb.offsets().to_vec();
-    let mut fragments = lfb.fragments().to_vec();
-    for pixel in offsets.windows(2) {
-        fragments[pixel[0]..pixel[1]].reverse();
+/// The links of every pixel, each followed from its head to its end; `take` takes what the `what`
+/// (a node, a page) of this number holds, and returns how many fragments there are by then. Returns
+/// where each pixel's fragments start, and where the last ends.
+///
+/// # Errors
+/// Where something is linked twice, is none of those used, or is linked nowhere.
+pub(super) fn follow(
+    what: &str,
+    heads: &[u32],
+    nexts: &[u32],
+    mut take: impl FnMut(usize) -> usize,
+) -> Result<Vec<usize>, CaptureError> {
+    let mut seen = vec![false; nexts.len()];
+    let mut offsets = Vec::with_capacity(heads.len() + 1);
+    let mut end = 0;
+    offsets.push(end);
+    for (pixel, &head) in heads.iter().enumerate() {
+        let mut link = head;
+        while link != 0 {
+            let place = link as usize - 1;
+            match seen.get_mut(place) {
+                Some(seen) if !*seen => *seen = true,
+                Some(_) => {
+                    let what = format!("{what} {place} is linked twice");
+                    return Err(LfbError::Structure { pixel, what }.into());
+                }
+                None => {
+                    let used = nexts.len();
+                    let what = format!("{what} {place} of a pool in which {used} are used");
+                    return Err(LfbError::Structure { pixel, what }.into());
+                }
+            }
+            end = take(place);
+            link = nexts[place];
+        }
+        offsets.push(end);
     }
-    *lfb = Lfb::new(lfb.width(), lfb.height(), offsets, fragments)
-        .expect("the offsets are those of a buffer");
+    match seen.iter().position(|seen| !seen) {
+        Some(node) => Err(CaptureError::Lost { node }),
+        None => Ok(offsets),
+    }
 }
 
 impl LinkedList {
@@ -118,39 +150,17 @@ impl Capture for LinkedList {
         let nexts = read.words("nexts", stored)?;
         let fragments = read.fragments(stored)?;
 
-        let mut seen = vec![false; fragments.len()];
-        let mut offsets = Vec::with_capacity(heads.len() + 1);
         let mut listed = Vec::with_capacity(fragments.len());
-        offsets.push(0);
-        for (pixel, &head) in heads.iter().enumerate() {
-            let mut link = head;
-            while link != 0 {
-                let node = link as usize - 1;
-                match seen.get_mut(node) {
-                    Some(seen) if !*seen => *seen = true,
-                    Some(_) => {
-                        let what = format!("node {node} is linked twice");
-                        return Err(LfbError::Structure { pixel, what }.into());
-                    }
-                    None => {
-                        let what = format!("node {node} of a pool in which {stored} are used");
-                        return Err(LfbError::Structure { pixel, what }.into());
-                    }
-                }
-                listed.push(fragments[node]);
-                link = nexts[node];
-            }
-            offsets.push(listed.len());
-        }
-        if let Some(node) = seen.iter().position(|seen| !seen) {
-            return Err(CaptureError::Lost { node });
-        }
+        let offsets = follow("node", &heads, &nexts, |node| {
+            listed.push(fragments[node]);
+            listed.len()
+        })?;
         Ok(Lfb::new(read.width_px, read.height_px, offsets, listed)?)
     }
 
     /// A list is read from its head: the last submitted comes first.
     fn order(&self, submitted: &mut Lfb) {
-        reverse(submitted);
+        submitted.reorder(<[_]>::reverse);
     }
 
     /// Nodes are handed out as when whole layers are drawn: the first fragment of every pixel, then

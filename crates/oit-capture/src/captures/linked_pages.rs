@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
-use super::linked_list::{UNCOUNTED, reverse};
+use super::linked_list::{UNCOUNTED, follow};
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
@@ -163,41 +163,19 @@ impl Capture for LinkedPages {
         let fills = read.words("fills", pages)?;
         let slots = read.fragments(pages * u64::from(self.page))?;
 
-        let mut seen = vec![false; fills.len()];
-        let mut offsets = Vec::with_capacity(heads.len() + 1);
         let mut listed = Vec::new();
-        offsets.push(0);
-        for (pixel, &head) in heads.iter().enumerate() {
-            let mut link = head;
-            while link != 0 {
-                let page = link as usize - 1;
-                match seen.get_mut(page) {
-                    Some(seen) if !*seen => *seen = true,
-                    Some(_) => {
-                        let what = format!("page {page} is linked twice");
-                        return Err(LfbError::Structure { pixel, what }.into());
-                    }
-                    None => {
-                        let what = format!("page {page} of a pool in which {pages} are used");
-                        return Err(LfbError::Structure { pixel, what }.into());
-                    }
-                }
-                let first = page * self.page as usize;
-                let held = self.held(fills[page]) as usize;
-                listed.extend(slots[first..first + held].iter().rev());
-                link = nexts[page];
-            }
-            offsets.push(listed.len());
-        }
-        if let Some(node) = seen.iter().position(|seen| !seen) {
-            return Err(CaptureError::Lost { node });
-        }
+        let offsets = follow("page", &heads, &nexts, |page| {
+            let first = page * self.page as usize;
+            let held = self.held(fills[page]) as usize;
+            listed.extend(slots[first..first + held].iter().rev());
+            listed.len()
+        })?;
         Ok(Lfb::new(read.width_px, read.height_px, offsets, listed)?)
     }
 
     /// Pages are read from the newest, and a page from its end: the last submitted comes first.
     fn order(&self, submitted: &mut Lfb) {
-        reverse(submitted);
+        submitted.reorder(<[_]>::reverse);
     }
 
     /// Pages are handed out as when whole layers are drawn: the first page of every pixel, then the

@@ -10,22 +10,15 @@ pub(super) const CITATION: &str =
 
 /// Sorts each pixel's fragments by their keys: the order in which they are stored.
 pub(super) fn sort(lfb: &mut Lfb) {
-    let offsets = lfb.offsets().to_vec();
-    let mut fragments = lfb.fragments().to_vec();
-    for pixel in offsets.windows(2) {
-        fragments[pixel[0]..pixel[1]].sort_unstable_by_key(|fragment| fragment.key());
-    }
-    *lfb = Lfb::new(lfb.width(), lfb.height(), offsets, fragments)
-        .expect("the offsets are those of a buffer");
+    lfb.reorder(|pixel| pixel.sort_unstable_by_key(|fragment| fragment.key()));
 }
 
 /// The same sorted, as the slots hold them.
 pub(super) fn stored(submitted: &Lfb) -> Lfb {
-    let mut sorted = submitted.clone();
-    sort(&mut sorted);
-    let fragments = sorted.fragments().iter().copied().map(inverted).collect();
-    Lfb::new(sorted.width(), sorted.height(), sorted.offsets().to_vec(), fragments)
-        .expect("the offsets are those of a buffer")
+    let mut stored = submitted.clone();
+    sort(&mut stored);
+    stored.reorder(|pixel| pixel.iter_mut().for_each(|fragment| *fragment = inverted(*fragment)));
+    stored
 }
 
 /// From a fragment to what a slot holds, and back.
