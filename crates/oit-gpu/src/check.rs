@@ -168,16 +168,22 @@ fn compute(
     match dispatch {
         Dispatch::Workgroups(_) => bindings(plan, shader, reflection, Kind::Compute, &[]),
         Dispatch::Indirect { buffer: name, offset_bytes } => {
-            let bytes = buffer(plan, name)?.allocated_bytes();
-            let end = offset_bytes.checked_add(12);
-            if offset_bytes % 4 != 0 || end.is_none_or(|end| end > bytes) {
-                return Err(format!(
-                    "three u32 at byte {offset_bytes} of buffer {name:?}, which has {bytes}"
-                ));
-            }
+            arguments_in(plan, name, *offset_bytes, 3)?;
             bindings(plan, shader, reflection, Kind::Compute, &[name])
         }
     }
+}
+
+/// Whether a buffer has this many `u32` there.
+fn arguments_in(plan: &Plan, name: &str, offset_bytes: u64, words: u64) -> Result<(), String> {
+    let bytes = buffer(plan, name)?.allocated_bytes();
+    let end = offset_bytes.checked_add(4 * words);
+    if !offset_bytes.is_multiple_of(4) || end.is_none_or(|end| end > bytes) {
+        return Err(format!(
+            "{words} u32 at byte {offset_bytes} of buffer {name:?}, which has {bytes}"
+        ));
+    }
+    Ok(())
 }
 
 fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), String> {
@@ -202,14 +208,28 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
              `@early_depth_test(force)`: without it a rejected fragment still writes"
         ));
     }
+    let without_vertices = || match vs.inputs.first() {
+        None => Ok(()),
+        Some((location, _)) => Err(format!(
+            "shader {label:?}: `vs` reads @location({location}), and nothing is bound there"
+        )),
+    };
     let mut held = match &raster.draw {
         Draw::Vertices { .. } => {
-            if let Some((location, _)) = vs.inputs.first() {
-                return Err(format!(
-                    "shader {label:?}: `vs` reads @location({location}), and nothing is bound there"
-                ));
-            }
+            without_vertices()?;
             vec![]
+        }
+        Draw::VerticesIndirect { arguments, offset_bytes } => {
+            without_vertices()?;
+            arguments_in(plan, arguments, *offset_bytes, 4)?;
+            vec![arguments.as_str()]
+        }
+        Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes } => {
+            vertex_layout(label, vs, layout)?;
+            buffer(plan, vertices)?;
+            buffer(plan, indices)?;
+            arguments_in(plan, arguments, *offset_bytes, 5)?;
+            vec![vertices.as_str(), indices.as_str(), arguments.as_str()]
         }
         Draw::Indexed { vertices, layout, indices, count } => {
             vertex_layout(label, vs, layout)?;

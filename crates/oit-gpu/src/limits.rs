@@ -2,7 +2,7 @@
 
 use crate::features::Features;
 use crate::reflect::{Access, Binding, Kind, Reflection};
-use crate::{Dispatch, Format, GpuError, Plan, Work};
+use crate::{ColorAttachment, Dispatch, Format, GpuError, Plan, Work};
 use std::sync::Arc;
 
 /// What a device can do, in the terms of a plan.
@@ -31,6 +31,8 @@ pub(crate) struct Limits {
     pub(crate) vertex_writes: bool,
     /// Whether primitives can be drawn without clipping at the near and far planes.
     pub(crate) unclipped: bool,
+    /// Whether the targets of a pass can be blended in unlike ways.
+    pub(crate) independent_blend: bool,
     /// What its shaders may use beyond WGSL's core.
     pub(crate) features: Features,
 }
@@ -145,6 +147,12 @@ impl Limits {
                 }
                 let count = raster.color.len() as u32;
                 within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;
+                let state = |color: &ColorAttachment| (color.blend, color.write);
+                let unlike = raster.color.windows(2).any(|two| state(&two[0]) != state(&two[1]));
+                if unlike && !self.independent_blend {
+                    let device = &self.device;
+                    return Err(format!("{device} blends all targets of a pass alike"));
+                }
                 for color in raster.color.iter().filter(|color| color.blend.is_some()) {
                     let format = plan.target(&color.target).map(|target| target.format);
                     if let Some(format) = format.filter(|format| !self.blendable.contains(format)) {

@@ -82,6 +82,15 @@ fn write_raster(f: &mut Formatter<'_>, raster: &Raster) -> fmt::Result {
         Draw::Indexed { vertices, indices, count, .. } => {
             writeln!(f, "    draws {count} indices of {indices} into {vertices}")?;
         }
+        Draw::VerticesIndirect { arguments, offset_bytes } => {
+            writeln!(f, "    draws vertices from {arguments} at byte {offset_bytes}")?;
+        }
+        Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
+            writeln!(
+                f,
+                "    draws indices of {indices} into {vertices} from {arguments} at byte {offset_bytes}"
+            )?;
+        }
     }
     if raster.unclipped {
         writeln!(f, "    unclipped: depth is clamped at the near and far planes")?;

@@ -69,8 +69,10 @@ impl RasterKey {
             Some(ColorKey { format, blend: color.blend, write: color.write })
         });
         let layout = match &raster.draw {
-            crate::Draw::Vertices { .. } => None,
-            crate::Draw::Indexed { layout, .. } => Some(layout.clone()),
+            crate::Draw::Vertices { .. } | crate::Draw::VerticesIndirect { .. } => None,
+            crate::Draw::Indexed { layout, .. } | crate::Draw::IndexedIndirect { layout, .. } => {
+                Some(layout.clone())
+            }
         };
         let attachment = raster.depth_stencil.as_ref();
         let depth = attachment

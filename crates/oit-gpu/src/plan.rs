@@ -64,8 +64,18 @@ pub enum Format {
     Rgba32Float,
     /// Four 16-bit floats.
     Rgba16Float,
+    /// Two 32-bit floats.
+    Rg32Float,
+    /// Two 16-bit floats.
+    Rg16Float,
     /// One 32-bit float.
     R32Float,
+    /// One 16-bit float.
+    R16Float,
+    /// Three floats without a sign: eleven bits, eleven, ten.
+    Rg11b10Float,
+    /// Four bytes, each 0 to 1.
+    Rgba8Unorm,
     /// One byte, 0 to 1.
     R8Unorm,
     /// 32-bit float depth.
@@ -75,13 +85,33 @@ pub enum Format {
 }
 
 impl Format {
+    /// Every format.
+    pub const ALL: [Self; 11] = [
+        Self::Rgba32Float,
+        Self::Rgba16Float,
+        Self::Rg32Float,
+        Self::Rg16Float,
+        Self::R32Float,
+        Self::R16Float,
+        Self::Rg11b10Float,
+        Self::Rgba8Unorm,
+        Self::R8Unorm,
+        Self::Depth32Float,
+        Self::Stencil8,
+    ];
+
     /// Bytes of one pixel as a plan reckons them, and as [`crate::Device::read`] returns them.
     #[must_use]
     pub fn bytes(self) -> u64 {
         match self {
             Self::Rgba32Float => 16,
-            Self::Rgba16Float => 8,
-            Self::R32Float | Self::Depth32Float => 4,
+            Self::Rgba16Float | Self::Rg32Float => 8,
+            Self::Rg16Float
+            | Self::R32Float
+            | Self::Rg11b10Float
+            | Self::Rgba8Unorm
+            | Self::Depth32Float => 4,
+            Self::R16Float => 2,
             Self::R8Unorm | Self::Stencil8 => 1,
         }
     }
@@ -202,6 +232,28 @@ pub enum Draw {
         /// How many indices.
         count: u32,
     },
+    /// As [`Draw::Vertices`], as many as four `u32` in a buffer say: vertices, instances, the first
+    /// vertex, the first instance (0). No instances draw nothing: a pass that a shader has called off.
+    VerticesIndirect {
+        /// The buffer of the four.
+        arguments: String,
+        /// Where in it, in bytes; a multiple of 4.
+        offset_bytes: u64,
+    },
+    /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first
+    /// index, what is added to each index, the first instance (0).
+    IndexedIndirect {
+        /// The buffer of vertices.
+        vertices: String,
+        /// How a vertex lies in it.
+        layout: VertexLayout,
+        /// The buffer of indices.
+        indices: String,
+        /// The buffer of the five.
+        arguments: String,
+        /// Where in it, in bytes; a multiple of 4.
+        offset_bytes: u64,
+    },
 }
 
 /// How a vertex lies in its buffer.
@@ -264,8 +316,14 @@ pub enum Blend {
     Add,
     /// `max(source, target)`.
     Max,
-    /// `source + (1 - source alpha) * target`.
+    /// `min(source, target)`.
+    Min,
+    /// `source + (1 - source alpha) * target`: what is in front, premultiplied, over what is behind.
     Over,
+    /// `(1 - target alpha) * source + target`: what is behind, premultiplied, under what is in front.
+    Under,
+    /// `(1 - source) * target`, each channel by itself: what a coverage leaves of a transmittance.
+    Attenuate,
 }
 
 /// The depth or stencil target of a raster pass.

@@ -281,7 +281,7 @@ fn vertices_fit_the_shader() {
     fn draw(plan: &mut Plan) -> (&mut VertexLayout, &mut u32) {
         match &mut raster_of(plan).draw {
             Draw::Indexed { layout, count, .. } => (layout, count),
-            Draw::Vertices { .. } => unreachable!("the draw is indexed"),
+            _ => unreachable!("the draw is indexed"),
         }
     }
     refused(indexed, |p| *draw(p).1 = 5, &["5 indices", "which has 16 bytes"]);
@@ -292,6 +292,19 @@ fn vertices_fit_the_shader() {
     refused(indexed, |p| draw(p).0.attributes[0].format = VertexFormat::Uint32, &["f32 at"]);
     let none = |p: &mut Plan| raster_of(p).draw = Draw::Vertices { count: 3, instances: 1 };
     refused(indexed, none, &["@location(0)", "nothing is bound"]);
+    let said = |p: &mut Plan, arguments: &str, offset_bytes, indexed: bool| {
+        let arguments = arguments.to_owned();
+        raster_of(p).draw = match (indexed, raster_of(p).draw.clone()) {
+            (true, Draw::Indexed { vertices, layout, indices, .. }) => {
+                Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes }
+            }
+            _ => Draw::VerticesIndirect { arguments, offset_bytes },
+        };
+    };
+    refused(indexed, |p| said(p, "indices", 0, true), &["5 u32", "which has 16"]);
+    refused(indexed, |p| said(p, "vertices", 30, true), &["byte 30"]);
+    refused(indexed, |p| said(p, "vertex", 0, true), &["no buffer", "\"vertices\""]);
+    refused(indexed, |p| said(p, "vertices", 0, false), &["nothing is bound"]);
     let written = |p: &mut Plan| {
         p.buffers.truncate(1);
         p.buffers[0].bytes = 64;

@@ -27,6 +27,8 @@ const CHECKS: &[(&str, Check)] = &[
     ("counts_fragments_with_atomics", counts_fragments_with_atomics),
     ("draws_indexed_vertices", draws_indexed_vertices),
     ("row_0_is_the_top_and_y_is_up", row_0_is_the_top_and_y_is_up),
+    ("formats_hold_colours", formats_hold_colours),
+    ("draws_what_a_buffer_says", draws_what_a_buffer_says),
     ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
     ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
     ("clips_at_both_planes", clips_at_both_planes),
@@ -523,6 +525,97 @@ fn draws_indexed_vertices(device: &mut dyn Device) {
     }
 }
 
+/// Every format of colour holds what can be told exactly in it.
+fn formats_hold_colours(device: &mut dyn Device) {
+    let fragment = "@fragment fn fs() -> @location(0) vec4<f32> {
+        return vec4<f32>(0.0, 1.0, 0.0, 1.0);
+    }";
+    let (one, half) = (1.0_f32.to_le_bytes(), 0x3C00_u16.to_le_bytes());
+    let wide = [[0; 4], one, [0; 4], one].concat();
+    let narrow = [[0; 2], half, [0; 2], half].concat();
+    // 1 is 15 << 6 in the second eleven bits.
+    let packed = (0x3C0_u32 << 11).to_le_bytes();
+    for (format, expected) in [
+        (Format::Rgba32Float, &wide[..]),
+        (Format::Rgba16Float, &narrow[..]),
+        (Format::Rg32Float, &wide[..8]),
+        (Format::Rg16Float, &narrow[..4]),
+        (Format::R32Float, &wide[..4]),
+        (Format::R16Float, &narrow[..2]),
+        (Format::Rg11b10Float, &packed[..]),
+        (Format::Rgba8Unorm, &[0, 255, 0, 255][..]),
+        (Format::R8Unorm, &[0][..]),
+    ] {
+        let draw = full_screen(fragment, vec![color("image", None, Load::Clear([0.5; 4]))]);
+        let targets = vec![target("image", format, 3, 2)];
+        let plan = plan(vec![], targets, vec![Pass::raster("draw", draw)]);
+        if lacks(device, &format!("{format:?}"), &plan) {
+            continue;
+        }
+        let id = ran(device, &plan);
+        assert_eq!(device.read(id, "image").expect("read"), expected.repeat(6), "{format:?}");
+    }
+}
+
+/// A compute pass says how much two draws draw, and calls the third off.
+fn draws_what_a_buffer_says(device: &mut dyn Device) {
+    let says = "
+        @group(0) @binding(0) var<storage, read_write> said: array<u32>;
+        @compute @workgroup_size(1) fn main() {
+            let all = array<u32, 14>(3u, 1u, 0u, 0u, 6u, 1u, 0u, 0u, 0u, 3u, 0u, 0u, 0u, 0u);
+            for (var i = 0u; i < 14u; i += 1u) { said[i] = all[i]; }
+        }";
+    let fragment = "@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(0.25); }";
+    let indirect = |offset_bytes| {
+        let color = vec![color("image", Some(Blend::Add), Load::Keep)];
+        let draw = Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes };
+        Raster { draw, ..full_screen(fragment, color) }
+    };
+    let square = [-1.0, -1.0, 0.5, 1.0, -1.0, 0.5, -1.0, 1.0, 0.5, 1.0, 1.0, 0.5];
+    let attribute =
+        VertexAttribute { location: 0, format: VertexFormat::Float32x3, offset_bytes: 0 };
+    let indexed = Raster {
+        color: vec![color("image", Some(Blend::Add), Load::Keep)],
+        ..Raster::new(
+            Shader::new(
+                "square",
+                "@vertex fn vs(@location(0) at: vec3<f32>) -> @builtin(position) vec4<f32> {
+                    return vec4<f32>(at, 1.0);
+                }
+                @fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(0.5); }",
+            ),
+            Draw::IndexedIndirect {
+                vertices: "vertices".to_owned(),
+                layout: VertexLayout { stride_bytes: 12, attributes: vec![attribute] },
+                indices: "indices".to_owned(),
+                arguments: "said".to_owned(),
+                offset_bytes: 16,
+            },
+        )
+    };
+    let clear = full_screen(
+        "@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(); }",
+        vec![color("image", None, Load::Clear([0.0; 4]))],
+    );
+    let passes = vec![
+        compute("say", says, [1, 1, 1]),
+        Pass::raster("draw", clear),
+        Pass::raster("draw", indirect(0)),
+        Pass::raster("draw", indexed),
+        Pass::raster("draw", indirect(36)),
+    ];
+    let buffers = vec![
+        Buffer::new("said", 56),
+        Buffer::data("vertices", floats(&square)),
+        Buffer::data("indices", words(&[0, 1, 2, 2, 1, 3])),
+    ];
+    let targets = vec![target("image", Format::Rgba16Float, 4, 2)];
+    let id = ran(device, &plan(buffers, targets, passes));
+    // 0.25 of the first, 0.5 of the second, none of the third.
+    let three_quarters = 0x3A00_u16.to_le_bytes();
+    assert_eq!(device.read(id, "image").expect("read"), three_quarters.repeat(4 * 8));
+}
+
 fn row_0_is_the_top_and_y_is_up(device: &mut dyn Device) {
     // A triangle whose y is above 0.5: it covers the upper quarter.
     let wgsl = "
@@ -728,7 +821,10 @@ fn blends(device: &mut dyn Device) {
         (None, [0.5, 0.25, 0.125, 0.75]),
         (Some(Blend::Add), [0.75, 0.75, 0.125, 1.25]),
         (Some(Blend::Max), [0.5, 0.5, 0.125, 0.75]),
+        (Some(Blend::Min), [0.25, 0.25, 0.0, 0.5]),
         (Some(Blend::Over), [0.5625, 0.375, 0.125, 0.875]),
+        (Some(Blend::Under), [0.5, 0.625, 0.0625, 0.875]),
+        (Some(Blend::Attenuate), [0.125, 0.375, 0.0, 0.125]),
     ] {
         let passes = vec![fill([0.5, 0.25, 0.125, 0.75], blend, clear)];
         let targets = vec![target("image", Format::Rgba32Float, 2, 2)];

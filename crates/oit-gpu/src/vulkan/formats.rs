@@ -3,16 +3,6 @@
 use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
 use ash::vk;
 
-/// Every format of a target.
-pub(super) const ALL: [Format; 6] = [
-    Format::Rgba32Float,
-    Format::Rgba16Float,
-    Format::R32Float,
-    Format::R8Unorm,
-    Format::Depth32Float,
-    Format::Stencil8,
-];
-
 /// What a device may have for [`Format::Stencil8`], best first; one of the last two is always there.
 pub(super) const STENCIL: [vk::Format; 3] =
     [vk::Format::S8_UINT, vk::Format::D24_UNORM_S8_UINT, vk::Format::D32_SFLOAT_S8_UINT];
@@ -22,7 +12,12 @@ pub(super) fn format(format: Format, stencil: vk::Format) -> vk::Format {
     match format {
         Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
         Format::Rgba16Float => vk::Format::R16G16B16A16_SFLOAT,
+        Format::Rg32Float => vk::Format::R32G32_SFLOAT,
+        Format::Rg16Float => vk::Format::R16G16_SFLOAT,
         Format::R32Float => vk::Format::R32_SFLOAT,
+        Format::R16Float => vk::Format::R16_SFLOAT,
+        Format::Rg11b10Float => vk::Format::B10G11R11_UFLOAT_PACK32,
+        Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
         Format::R8Unorm => vk::Format::R8_UNORM,
         Format::Depth32Float => vk::Format::D32_SFLOAT,
         Format::Stencil8 => stencil,
@@ -94,18 +89,23 @@ pub(super) fn blend(blend: Option<Blend>, write: bool) -> vk::PipelineColorBlend
     use vk::{BlendFactor, BlendOp};
     let mask = if write { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
     let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
-    let (op, target) = match blend {
+    let (op, source, target) = match blend {
         None => return state,
-        Some(Blend::Add) => (BlendOp::ADD, BlendFactor::ONE),
-        Some(Blend::Max) => (BlendOp::MAX, BlendFactor::ONE),
-        Some(Blend::Over) => (BlendOp::ADD, BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Some(Blend::Add) => (BlendOp::ADD, BlendFactor::ONE, BlendFactor::ONE),
+        Some(Blend::Max) => (BlendOp::MAX, BlendFactor::ONE, BlendFactor::ONE),
+        Some(Blend::Min) => (BlendOp::MIN, BlendFactor::ONE, BlendFactor::ONE),
+        Some(Blend::Over) => (BlendOp::ADD, BlendFactor::ONE, BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Some(Blend::Under) => (BlendOp::ADD, BlendFactor::ONE_MINUS_DST_ALPHA, BlendFactor::ONE),
+        Some(Blend::Attenuate) => {
+            (BlendOp::ADD, BlendFactor::ZERO, BlendFactor::ONE_MINUS_SRC_COLOR)
+        }
     };
     state
         .blend_enable(true)
         .color_blend_op(op)
         .alpha_blend_op(op)
-        .src_color_blend_factor(BlendFactor::ONE)
-        .src_alpha_blend_factor(BlendFactor::ONE)
+        .src_color_blend_factor(source)
+        .src_alpha_blend_factor(source)
         .dst_color_blend_factor(target)
         .dst_alpha_blend_factor(target)
 }

@@ -236,11 +236,12 @@ fn limits(
         .into_iter()
         .fold(u32::MAX, u32::min),
         color_attachments: limits.max_color_attachments,
-        drawable: formats::ALL.into_iter().filter(drawable).collect(),
-        blendable: formats::ALL.into_iter().filter(blendable).collect(),
+        drawable: Format::ALL.into_iter().filter(drawable).collect(),
+        blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: features.fragment_stores_and_atomics != 0,
         vertex_writes: features.vertex_pipeline_stores_and_atomics != 0,
         unclipped: features.depth_clamp != 0,
+        independent_blend: features.independent_blend != 0,
         features: Features { capabilities, subgroup_stages, subgroup_operations },
     }
 }

@@ -289,6 +289,22 @@ impl Prepared {
                             device.cmd_bind_index_buffer(commands, raw(indices), 0, ty);
                             device.cmd_draw_indexed(commands, *count, 1, 0, 0, 0);
                         }
+                        Draw::VerticesIndirect { arguments, offset_bytes } => {
+                            device.cmd_draw_indirect(commands, raw(arguments), *offset_bytes, 1, 0);
+                        }
+                        Draw::IndexedIndirect {
+                            vertices,
+                            indices,
+                            arguments,
+                            offset_bytes,
+                            ..
+                        } => {
+                            device.cmd_bind_vertex_buffers(commands, 0, &[raw(vertices)], &[0]);
+                            let ty = vk::IndexType::UINT32;
+                            device.cmd_bind_index_buffer(commands, raw(indices), 0, ty);
+                            let (raw, at) = (raw(arguments), *offset_bytes);
+                            device.cmd_draw_indexed_indirect(commands, raw, at, 1, 0);
+                        }
                     }
                     device.cmd_end_rendering(commands);
                 }

@@ -18,6 +18,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::SHADER_INT64_ATOMIC_MIN_MAX)
     .union(Features::SHADER_INT64_ATOMIC_ALL_OPS)
     .union(Features::FLOAT32_BLENDABLE)
+    .union(Features::RG11B10UFLOAT_RENDERABLE)
     .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
     .union(Features::PIPELINE_CACHE);
@@ -116,7 +117,7 @@ fn limits(
     };
     let blendable = |format: &Format| {
         // 32-bit floats are blendable only by a feature, whatever the adapter says of the format.
-        let float32 = matches!(format, Format::Rgba32Float | Format::R32Float);
+        let float32 = matches!(format, Format::Rgba32Float | Format::Rg32Float | Format::R32Float);
         offered(*format).flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE)
             && (!float32 || features.contains(Features::FLOAT32_BLENDABLE))
     };
@@ -155,11 +156,12 @@ fn limits(
         workgroup_bytes: u64::from(limits.max_compute_workgroup_storage_size),
         target_px: limits.max_texture_dimension_2d,
         color_attachments: limits.max_color_attachments,
-        drawable: formats::ALL.into_iter().filter(drawable).collect(),
-        blendable: formats::ALL.into_iter().filter(blendable).collect(),
+        drawable: Format::ALL.into_iter().filter(drawable).collect(),
+        blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
         vertex_writes: features.contains(Features::VERTEX_WRITABLE_STORAGE),
         unclipped: features.contains(Features::DEPTH_CLIP_CONTROL),
+        independent_blend: downlevel.contains(DownlevelFlags::INDEPENDENT_BLEND),
         // wgpu offers subgroups in both stages and all operations, or none.
         features: match has_subgroups {
             true => ShaderFeatures { capabilities, ..ShaderFeatures::ALL },

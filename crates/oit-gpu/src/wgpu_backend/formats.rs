@@ -2,21 +2,16 @@
 
 use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
 
-/// Every format of a target.
-pub(super) const ALL: [Format; 6] = [
-    Format::Rgba32Float,
-    Format::Rgba16Float,
-    Format::R32Float,
-    Format::R8Unorm,
-    Format::Depth32Float,
-    Format::Stencil8,
-];
-
 pub(super) fn format(format: Format) -> wgpu::TextureFormat {
     match format {
         Format::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
         Format::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
+        Format::Rg32Float => wgpu::TextureFormat::Rg32Float,
+        Format::Rg16Float => wgpu::TextureFormat::Rg16Float,
         Format::R32Float => wgpu::TextureFormat::R32Float,
+        Format::R16Float => wgpu::TextureFormat::R16Float,
+        Format::Rg11b10Float => wgpu::TextureFormat::Rg11b10Ufloat,
+        Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         Format::R8Unorm => wgpu::TextureFormat::R8Unorm,
         Format::Depth32Float => wgpu::TextureFormat::Depth32Float,
         Format::Stencil8 => wgpu::TextureFormat::Stencil8,
@@ -62,11 +57,14 @@ pub(super) fn vertex(format: VertexFormat) -> wgpu::VertexFormat {
 
 pub(super) fn blend(blend: Blend) -> wgpu::BlendState {
     use wgpu::{BlendFactor, BlendOperation};
-    let (operation, dst_factor) = match blend {
-        Blend::Add => (BlendOperation::Add, BlendFactor::One),
-        Blend::Max => (BlendOperation::Max, BlendFactor::One),
-        Blend::Over => (BlendOperation::Add, BlendFactor::OneMinusSrcAlpha),
+    let (operation, src_factor, dst_factor) = match blend {
+        Blend::Add => (BlendOperation::Add, BlendFactor::One, BlendFactor::One),
+        Blend::Max => (BlendOperation::Max, BlendFactor::One, BlendFactor::One),
+        Blend::Min => (BlendOperation::Min, BlendFactor::One, BlendFactor::One),
+        Blend::Over => (BlendOperation::Add, BlendFactor::One, BlendFactor::OneMinusSrcAlpha),
+        Blend::Under => (BlendOperation::Add, BlendFactor::OneMinusDstAlpha, BlendFactor::One),
+        Blend::Attenuate => (BlendOperation::Add, BlendFactor::Zero, BlendFactor::OneMinusSrc),
     };
-    let component = wgpu::BlendComponent { src_factor: BlendFactor::One, dst_factor, operation };
+    let component = wgpu::BlendComponent { src_factor, dst_factor, operation };
     wgpu::BlendState { color: component, alpha: component }
 }

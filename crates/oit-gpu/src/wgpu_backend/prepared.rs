@@ -257,6 +257,20 @@ impl Prepared {
                     pass.draw_indexed(0..*count, 0, 0..1);
                 }
             }
+            Draw::VerticesIndirect { arguments, offset_bytes } => {
+                if let Some(arguments) = self.buffer(arguments) {
+                    pass.draw_indirect(arguments, *offset_bytes);
+                }
+            }
+            Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
+                if let (Some(vertices), Some(indices), Some(arguments)) =
+                    (self.buffer(vertices), self.buffer(indices), self.buffer(arguments))
+                {
+                    pass.set_vertex_buffer(0, vertices.slice(..));
+                    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed_indirect(arguments, *offset_bytes);
+                }
+            }
         }
     }
 
