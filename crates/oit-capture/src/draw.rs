@@ -9,7 +9,7 @@ use crate::scan::workgroups;
 use crate::{CaptureRequest, Geometry};
 
 pub(crate) const FRAME: &str = include_str!("wgsl/frame.wgsl");
-const SCENE: &str = include_str!("wgsl/scene.wgsl");
+pub(crate) const SCENE: &str = include_str!("wgsl/scene.wgsl");
 const COUNT: &str = include_str!("wgsl/count.wgsl");
 const COUNT_BY_BLENDING: &str = include_str!("wgsl/count_by_blending.wgsl");
 const COPY_COUNTED: &str = include_str!("wgsl/copy_counted.wgsl");

@@ -5,6 +5,7 @@ mod captures;
 mod draw;
 mod frame;
 mod geometry;
+mod method;
 mod raster;
 mod scan;
 
@@ -17,4 +18,5 @@ pub use draw::count_plan;
 pub use frame::Frame;
 pub use geometry::{Geometry, LfbReader, MeshBytes};
 pub(crate) use geometry::{fragments_buffer, words_buffer};
+pub use method::{Accuracy, Method, MethodRequest, PICTURE, Size, scene_wgsl};
 pub use raster::{rasterize, rasterize_counts};
