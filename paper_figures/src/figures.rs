@@ -16,6 +16,7 @@ pub(crate) mod lfb_views;
 mod pareto;
 mod ratios;
 mod rbs_figure_5;
+mod rbs_table_1;
 mod rbs_table_2;
 mod rbs_table_3;
 pub(crate) mod rbs_views;
@@ -49,6 +50,7 @@ pub trait Figure: Sync {
 
 /// All figures, in the order of the index.
 pub const FIGURES: &[&dyn Figure] = &[
+    &rbs_table_1::RbsTable1,
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,

@@ -1,5 +1,5 @@
-//! What Tables 2 and 3 of the register-based block sort paper share: their synthetic views, and
-//! which techniques stand in their rows.
+//! What Tables 1 to 3 of the register-based block sort paper share: their views, and which techniques
+//! stand in their rows.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,12 +11,20 @@ use crate::output::Stamp;
 use crate::technique_names::{ALIASES, find};
 
 /// The paper's name of a view, and the scene and view here.
-pub(crate) const VIEWS: [(&str, &str, &str); 4] = [
+pub(crate) const VIEWS: [(&str, &str, &str); 9] = [
+    ("power plant V1", "powerplant", "rbs-v1"),
+    ("power plant V2", "powerplant", "rbs-v2"),
+    ("power plant V3", "powerplant", "rbs-v3"),
+    ("atrium V1", "atrium", "rbs-v1"),
+    ("atrium V2", "atrium", "rbs-v2"),
     ("hairball Fwd", "hairball", "inside-front"),
     ("hairball Rev", "hairball", "inside-back"),
     ("planes Fwd", "planes", "front"),
     ("planes Rev", "planes", "back"),
 ];
+
+/// The views of one table: side by side all nine would be too wide to read.
+const SIDE_BY_SIDE: usize = 5;
 
 /// The paper's quantities, and the stages that they are here.
 pub(crate) const QUANTITIES: [(&str, &str); 2] = [("T", TOTAL), ("R", RESOLVE)];
@@ -107,6 +115,15 @@ impl<'a> Device<'a> {
             }
         }
         notes.join("; ")
+    }
+
+    /// The views that it has, by the paper's names, as many at a time as stand side by side.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Vec<&'static str>> {
+        let names = |views: &[(&'static str, &str, &str)]| {
+            let names = views.iter().map(|(name, _, _)| *name);
+            names.filter(|name| self.views.contains_key(name)).collect::<Vec<_>>()
+        };
+        VIEWS.chunks(SIDE_BY_SIDE).map(names).filter(|names| !names.is_empty())
     }
 
     /// The stamps of the runs behind the views.
