@@ -5,6 +5,7 @@
 //! - [`write_png`], [`write_png16_gray`], [`false_color_png`]: images to look at. The same pixels
 //!   give the same bytes: no time, name or machine is written into a file.
 //! - [`compare`]: the error of an image against an `f64` reference.
+//! - [`perceptual`](fn@perceptual): how much two pictures look alike.
 //!
 //! Every file is written beside its target and then renamed, so a reader sees the old file or the
 //! whole new one.
@@ -15,6 +16,7 @@ mod exr_file;
 mod false_color;
 mod image;
 mod metrics;
+mod perceptual;
 mod png_file;
 
 pub use error::ImageError;
@@ -22,4 +24,5 @@ pub use exr_file::{DEPTH_COMPLEXITY_CHANNEL, MAX_EXR_PX, read_exr, write_exr};
 pub use false_color::{false_color, false_color_png, viridis};
 pub use image::Image;
 pub use metrics::{Difference, WRONG_PX_ERROR, compare};
+pub use perceptual::{Perceptual, perceptual};
 pub use png_file::{NON_FINITE_COLOR, write_png, write_png16_gray};

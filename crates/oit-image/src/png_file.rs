@@ -57,7 +57,7 @@ pub(crate) fn write_rgb(
 }
 
 /// The 8-bit colour of a premultiplied pixel over a background.
-fn display_color(pixel: [f32; 4], background: [f32; 3]) -> [u8; 3] {
+pub(crate) fn display_color(pixel: [f32; 4], background: [f32; 3]) -> [u8; 3] {
     if pixel.iter().any(|channel| !channel.is_finite()) {
         return NON_FINITE_COLOR;
     }
