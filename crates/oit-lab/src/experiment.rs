@@ -13,8 +13,8 @@ use toml::Spanned;
 
 use crate::engine::FrameSize;
 use crate::technique::{
-    MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture, parse_max_frags,
-    parse_pool, parse_schedule, parse_stage, parse_ties,
+    IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture,
+    parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,
 };
 
 /// Values that replace a scene's parameters.
@@ -115,6 +115,9 @@ struct SweepFile {
     ties: Vec<Spanned<String>>,
     #[serde(default)]
     pools: Vec<Spanned<toml::Value>>,
+    /// Words, and arrays of upper bounds.
+    #[serde(default)]
+    intervals: Vec<Spanned<toml::Value>>,
     views: Vec<Spanned<String>>,
     /// Scene parameters of this block, for all its scenes: one table, or several, each of them a
     /// scene of its own.
@@ -229,7 +232,7 @@ impl Place<'_> {
         Ok(values)
     }
 
-    /// The values of an axis of words and numbers.
+    /// The values of an axis of words, numbers and lists of numbers.
     fn numbers<T>(
         &self,
         words: &[Spanned<toml::Value>],
@@ -241,6 +244,11 @@ impl Place<'_> {
         }
         let parsed = words.iter().map(|word| match word.get_ref() {
             toml::Value::String(text) => self.technique(word, parse(text)),
+            // A list is written as it is in a technique's name.
+            toml::Value::Array(list) => {
+                let list: Vec<String> = list.iter().map(toml::Value::to_string).collect();
+                self.technique(word, parse(&list.join("-")))
+            }
             other => self.technique(word, parse(&other.to_string())),
         });
         parsed.collect()
@@ -384,6 +392,18 @@ impl SweepFile {
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
         let sizes = place.numbers(&self.max_frags, MaxFrags::Peak, parse_max_frags)?;
         let pools = place.numbers(&self.pools, Pool::WHOLE, parse_pool)?;
+        let intervals = place.numbers(
+            &self.intervals,
+            IntervalChoice::PowersOfTwo,
+            parse_intervals,
+        )?;
+        let one_program = self.schedules.iter().filter(|word| word.get_ref() != "all");
+        let one_program = one_program.filter_map(|word| parse_schedule(word.get_ref()).ok());
+        for schedule in one_program.chain(self.schedules.is_empty().then_some(schedules[0])) {
+            for (word, choice) in self.intervals.iter().zip(&intervals) {
+                place.technique(word, schedule.admits(choice))?;
+            }
+        }
         let masked = |word: &&Spanned<String>| {
             parse_schedule(word.get_ref()).is_ok_and(Schedule::masks_what_is_drawn)
         };
@@ -404,7 +424,10 @@ impl SweepFile {
                         for &max_frags in &sizes {
                             for &ties in &ties {
                                 for &pool in &pools {
-                                    techniques.push(Technique {
+                                    // Of `all` schedules those that have intervals.
+                                    let intervals =
+                                        intervals.iter().filter(|i| schedule.admits(i).is_ok());
+                                    techniques.extend(intervals.map(|intervals| Technique {
                                         capture,
                                         schedule,
                                         sort: sort.clone(),
@@ -412,7 +435,8 @@ impl SweepFile {
                                         max_frags,
                                         ties,
                                         pool,
-                                    });
+                                        intervals: intervals.clone(),
+                                    }));
                                 }
                             }
                         }

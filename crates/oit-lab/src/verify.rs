@@ -137,6 +137,8 @@ impl Verifier {
             peak_bytes: preparation.memory.map(|memory| memory.peak_bytes),
             repeat_differs_px: Some(repeat_differs_px),
             prepare_ms: preparation.prepare_ms,
+            tuned: None,
+            predicted_ns: None,
         })
     }
 

@@ -129,6 +129,8 @@ fn verification(technique: &str, peak: u32) -> Verification {
         peak_bytes: None,
         repeat_differs_px: None,
         prepare_ms: 3.0,
+        tuned: None,
+        predicted_ns: None,
     }
 }
 
