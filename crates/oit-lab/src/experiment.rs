@@ -392,11 +392,8 @@ impl SweepFile {
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
         let sizes = place.numbers(&self.max_frags, MaxFrags::Peak, parse_max_frags)?;
         let pools = place.numbers(&self.pools, Pool::WHOLE, parse_pool)?;
-        let intervals = place.numbers(
-            &self.intervals,
-            IntervalChoice::PowersOfTwo,
-            parse_intervals,
-        )?;
+        let intervals =
+            place.numbers(&self.intervals, IntervalChoice::PowersOfTwo, parse_intervals)?;
         let one_program = self.schedules.iter().filter(|word| word.get_ref() != "all");
         let one_program = one_program.filter_map(|word| parse_schedule(word.get_ref()).ok());
         for schedule in one_program.chain(self.schedules.is_empty().then_some(schedules[0])) {

@@ -231,15 +231,23 @@ pub const ALIASES: &[(&str, &str)] = &[
     ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak/ties-depth"),
 ];
 
-impl fmt::Display for Technique {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let schedule = match (self.schedule, self.stage) {
+impl Technique {
+    /// Its schedule as names have it: with how pixels are grouped in its stage.
+    #[must_use]
+    pub fn schedule_name(&self) -> &'static str {
+        match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
             (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
             (Schedule::Bma, Stage::Compute) => "bma-list",
-        };
+        }
+    }
+}
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let schedule = self.schedule_name();
         let stage = self.stage.name();
         write!(f, "{}/{schedule}/{}/{stage}/{}", self.capture.name(), self.sort, self.max_frags)?;
         if self.ties == Ties::Depth {

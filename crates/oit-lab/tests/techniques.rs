@@ -7,7 +7,8 @@ use oit_capture::CAPTURES;
 use oit_fragments::Ties;
 use oit_lab::ViewData;
 use oit_lab::{
-    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique, Verifier, open_engine,
+    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique,
+    Verifier, open_engine,
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
