@@ -14,7 +14,7 @@ use toml::Spanned;
 use crate::engine::FrameSize;
 use crate::technique::{
     IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture,
-    parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,
+    parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties, unknown,
 };
 
 /// Values that replace a scene's parameters.
@@ -49,6 +49,9 @@ pub enum ProfileName {
 }
 
 impl ProfileName {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Quick, Self::Full];
+
     /// The word for it.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -98,6 +101,9 @@ struct ExperimentFile {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
+    /// The profiles that run this block; both where none is named.
+    #[serde(default)]
+    profiles: Vec<Spanned<String>>,
     /// Techniques by name or alias, beside those of the axes.
     #[serde(default)]
     techniques: Vec<Spanned<String>>,
@@ -312,21 +318,29 @@ impl Experiment {
     /// Where a word names nothing: a technique, a value of an axis, a scene, a view.
     pub fn cells(
         &self,
-        profile: ProfileName,
+        name: ProfileName,
         scenes: &[SceneEntry],
     ) -> Result<Vec<PlannedCell>, ExperimentError> {
         let place = Place { path: &self.path, text: &self.toml };
-        let profile = self.profile(profile);
-        for name in profile.scene.keys() {
-            scene(&place, name, name.get_ref(), scenes)?;
+        let profile = self.profile(name);
+        for word in profile.scene.keys() {
+            scene(&place, word, word.get_ref(), scenes)?;
         }
         let [width_px, height_px] = profile.resolution;
         let size = FrameSize { width_px, height_px };
         let mut cells: Vec<PlannedCell> = Vec::new();
         let mut known = BTreeSet::new();
         for sweep in &self.sweeps {
+            let profiles =
+                place.axis(&sweep.profiles, &ProfileName::ALL, &ProfileName::ALL, |text| {
+                    let found = ProfileName::ALL.into_iter().find(|profile| profile.name() == text);
+                    found.ok_or_else(|| {
+                        unknown("profile", text, ProfileName::ALL.map(ProfileName::name))
+                    })
+                })?;
             let techniques = sweep.techniques(&place)?;
-            for word in &sweep.views {
+            let views_now: &[_] = if profiles.contains(&name) { &sweep.views } else { &[] };
+            for word in views_now {
                 for (entry, view) in views(&place, word, scenes)? {
                     let named =
                         profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);

@@ -20,15 +20,9 @@ pub enum TuneError {
         /// The run folder.
         folder: PathBuf,
     },
-    /// A run that says nothing of strategies or intervals.
-    #[error(
-        "{}: no exact cell of bma on a view whose pixels are all as deep: nothing to tune by",
-        folder.display()
-    )]
-    Nothing {
-        /// The run folder.
-        folder: PathBuf,
-    },
+    /// No run says anything of strategies or intervals.
+    #[error("no exact cell of bma on a view whose pixels are all as deep: nothing to tune by")]
+    Nothing,
 }
 
 /// What runs say of their devices, one tuning a device and backend. Of two runs that say the same
@@ -46,25 +40,24 @@ pub enum TuneError {
 ///   over the number of those intervals, is what an interval costs.
 ///
 /// # Errors
-/// Where a run is not finished, or has no such cell.
+/// Where a run is not finished, or none has such a cell.
 pub fn tune(records: &[Record]) -> Result<Vec<Tuning>, TuneError> {
     let mut records: Vec<&Record> = records.iter().collect();
     records.sort_by(|a, b| a.run.started.cmp(&b.run.started));
     let mut tunings: BTreeMap<(&str, &str), Tuning> = BTreeMap::new();
     for record in records {
-        let folder = || record.folder.clone();
         if !record.finished() {
-            return Err(TuneError::Unfinished { folder: folder() });
+            return Err(TuneError::Unfinished { folder: record.folder.clone() });
         }
         let device = &record.run.device;
         let own = of_run(record);
         if own.fastest.is_empty() && own.intervals.is_empty() && own.pixels.is_empty() {
-            return Err(TuneError::Nothing { folder: folder() });
+            continue;
         }
         let key = (device.name.as_str(), device.backend.as_str());
         tunings.entry(key).or_insert_with(|| Tuning::of(device)).update(own);
     }
-    Ok(tunings.into_values().collect())
+    if tunings.is_empty() { Err(TuneError::Nothing) } else { Ok(tunings.into_values().collect()) }
 }
 
 /// A cell that says something.

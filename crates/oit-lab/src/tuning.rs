@@ -32,13 +32,13 @@ pub struct Tuning {
     /// The backend.
     pub backend: String,
     /// The fastest strategies: what `auto` stands for.
-    #[serde(default, rename = "fastest")]
+    #[serde(default, rename = "fastest", skip_serializing_if = "Vec::is_empty")]
     pub fastest: Vec<Fastest>,
     /// What intervals cost.
-    #[serde(default, rename = "interval")]
+    #[serde(default, rename = "interval", skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<IntervalCost>,
     /// What pixels cost.
-    #[serde(default, rename = "pixel")]
+    #[serde(default, rename = "pixel", skip_serializing_if = "Vec::is_empty")]
     pub pixels: Vec<PixelCost>,
 }
 
