@@ -273,3 +273,32 @@ fn a_sort_that_cannot_hold_a_view_says_so() {
     };
     assert!(reason.contains("network holds 64"), "{reason}");
 }
+
+/// Given intervals, and a sort for each: whatever they are, the picture is the same.
+#[test]
+fn any_intervals_with_any_sorts_are_exact() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let peak = engine.open_view(soup(0, SIZE)).expect("the view opens").peak();
+        assert!((5..=40).contains(&peak), "{peak}");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        for capture in ["linked_list", "linearized_blend", "interleaved_lists"] {
+            for rest in [
+                "bma-list/insertion@4+merge@9+rbs/compute/peak/intervals1-4-5-9",
+                "bma-list/insertion/compute/peak/intervals2",
+                "bma-list/network/compute/max64/intervals3-4096",
+                "bma-stencil/insertion@4+merge/fragment/peak/intervals1-4-5",
+                "bma-stencil-count/insertion_merge64/fragment/peak/intervals2-3",
+            ] {
+                let name = format!("{capture}/{rest}");
+                let technique: Technique = name.parse().expect("a technique");
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
+                assert_eq!(result.verdict, Verdict::Exact, "{id} {name}: {:?}", result.note);
+                assert!(result.max_frags >= peak, "{id} {name}");
+            }
+        }
+    }
+}
