@@ -206,8 +206,16 @@ fn pixels(cells: &[Measured], from: &FromRun) -> Vec<PixelCost> {
     costs.into_iter().map(entry).collect()
 }
 
+/// What one comparison says of the cost of an interval.
+#[derive(Clone, Copy)]
+struct Compared {
+    frame_px: u64,
+    interval_ns: f64,
+    grouping_ns: f64,
+}
+
 fn interval_costs(cells: &[Measured], from: &FromRun) -> Vec<IntervalCost> {
-    let mut costs: BTreeMap<(&str, &str), Vec<(u64, f64, f64)>> = BTreeMap::new();
+    let mut costs: BTreeMap<(&str, &str), Vec<Compared>> = BTreeMap::new();
     for many in cells.iter().filter(|cell| cell.uppers.len() > 1 && cell.depth <= cell.uppers[0]) {
         let same = |one: &&Measured| {
             let (a, b) = (&many.technique, &one.technique);
@@ -223,15 +231,16 @@ fn interval_costs(cells: &[Measured], from: &FromRun) -> Vec<IntervalCost> {
             let interval_ns = ((many.both_ns - one.both_ns) / more).max(0.0);
             let grouping_ns = (one.group_ns - interval_ns).max(0.0);
             let key = (one.technique.capture.name(), one.technique.schedule_name());
-            costs.entry(key).or_default().push((one.frame_px, interval_ns, grouping_ns));
+            let frame_px = one.frame_px;
+            costs.entry(key).or_default().push(Compared { frame_px, interval_ns, grouping_ns });
         }
     }
-    let entry = |((capture, schedule), found): ((&str, &str), Vec<(u64, f64, f64)>)| {
+    let entry = |((capture, schedule), found): ((&str, &str), Vec<Compared>)| {
         // Of several frame sizes the largest says most.
-        let frame_px = found.iter().map(|(px, ..)| *px).max()?;
-        let of_frame = || found.iter().filter(|(px, ..)| *px == frame_px);
-        let interval: Vec<f64> = of_frame().map(|(_, ns, _)| *ns).collect();
-        let grouping: Vec<f64> = of_frame().map(|(.., ns)| *ns).collect();
+        let frame_px = found.iter().map(|one| one.frame_px).max()?;
+        let of_frame = || found.iter().filter(|one| one.frame_px == frame_px);
+        let interval: Vec<f64> = of_frame().map(|one| one.interval_ns).collect();
+        let grouping: Vec<f64> = of_frame().map(|one| one.grouping_ns).collect();
         Some(IntervalCost {
             capture: capture.to_owned(),
             schedule: schedule.to_owned(),
