@@ -16,7 +16,7 @@ use crate::{AnalysisError, CellResult, RESOLVE, RunInfo, State, Timing, scene_na
 pub const BOOTSTRAP_SEED: u64 = 2014;
 
 /// What a cell is, in every table.
-const KEY_COLUMNS: [&str; 20] = [
+const KEY_COLUMNS: [&str; 21] = [
     "run",
     "device",
     "backend",
@@ -32,6 +32,7 @@ const KEY_COLUMNS: [&str; 20] = [
     "ties",
     "pool_percent",
     "pool_policy",
+    "intervals",
     "scene",
     "scene_name",
     "view",
@@ -247,6 +248,7 @@ fn cells_frame(
             text("ties", &|cell| cell.technique.ties.clone()),
             text("pool_percent", &|cell| cell.technique.pool_percent.clone()),
             text("pool_policy", &|cell| cell.technique.pool_policy.clone()),
+            text("intervals", &|cell| cell.technique.intervals.clone()),
             text("scene", &|cell| cell.name.scene.clone()),
             text("scene_name", &|cell| scene_name(&cell.name.scene).to_owned()),
             text("view", &|cell| cell.name.view.clone()),
@@ -277,6 +279,16 @@ fn cells_frame(
             recorded("peak_bytes", &|v| v.peak_bytes),
             recorded("repeat_differs_px", &|v| v.repeat_differs_px),
             measured("prepare_ms", &|v| v.prepare_ms),
+            text("tuned", &|cell| {
+                cell.verification.as_ref().and_then(|v| v.tuned.clone()).unwrap_or_default()
+            }),
+            column(
+                "predicted_ns",
+                cells
+                    .iter()
+                    .map(|cell| cell.verification.as_ref().and_then(|v| v.predicted_ns))
+                    .collect::<Vec<Option<f64>>>(),
+            ),
             counted("peak_depth", &|histogram| {
                 histogram.iter().rposition(|&pixels| pixels > 0).unwrap_or(0) as u64
             }),

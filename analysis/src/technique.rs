@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
+/// The intervals of the papers.
+const POWERS_OF_TWO: &str = "powers-of-two";
+
 /// A technique's coordinate and its parts.
 ///
 /// The parts are empty strings where the coordinate is not of the form
-/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]]`, as for methods that have no sort.
+/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]][/intervals...]`, as for methods that have no sort.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Technique {
     /// The whole coordinate.
@@ -28,6 +31,9 @@ pub struct Technique {
     /// What happens to fragments without room: `grow` (the pool grows and the frame is rendered
     /// again) or `drop`.
     pub pool_policy: String,
+    /// The intervals of depth complexity under bma: `powers-of-two` unless said otherwise,
+    /// `optimal`, or upper bounds joined by hyphens.
+    pub intervals: String,
 }
 
 impl Technique {
@@ -40,6 +46,7 @@ impl Technique {
             return whole;
         };
         let (mut ties, mut pool_percent, mut pool_policy) = ("total", "100", "grow");
+        let mut intervals = POWERS_OF_TWO;
         for option in options {
             if let Some(rule) = option.strip_prefix("ties-") {
                 ties = rule;
@@ -49,6 +56,8 @@ impl Technique {
                     Some((percent, "drop")) => (percent, "drop"),
                     Some(_) => return whole,
                 };
+            } else if let Some(bounds) = option.strip_prefix("intervals") {
+                intervals = bounds.strip_prefix('-').unwrap_or(bounds);
             } else {
                 return whole;
             }
@@ -62,6 +71,7 @@ impl Technique {
             ties: ties.to_owned(),
             pool_percent: pool_percent.to_owned(),
             pool_policy: pool_policy.to_owned(),
+            intervals: intervals.to_owned(),
             ..whole
         }
     }
@@ -70,6 +80,12 @@ impl Technique {
     #[must_use]
     pub fn whole_pool(&self) -> bool {
         self.pool_percent == "100" && self.pool_policy == "grow"
+    }
+
+    /// Whether intervals are powers of two, as they are unless said otherwise.
+    #[must_use]
+    pub fn powers_of_two(&self) -> bool {
+        self.intervals == POWERS_OF_TWO
     }
 
     /// Whether fragments beyond a fixed number a pixel are dropped, so that the picture may differ.
@@ -126,6 +142,15 @@ mod tests {
         // Room for all, and yet another technique than the usual one.
         assert_eq!(pool("a/b/c/d/e/pool100-drop"), expected("100", "drop"));
         assert_eq!(pool("a/b/c/d/e/pool25-spill"), expected("", ""));
+    }
+
+    #[test]
+    fn intervals_are_powers_of_two_unless_said_otherwise() {
+        let intervals = |coordinate: &str| Technique::parse(coordinate).intervals;
+        assert!(Technique::parse("a/b/c/d/e").powers_of_two());
+        assert_eq!(intervals("a/b/c/d/e/ties-depth/intervals4-12-40"), "4-12-40");
+        assert_eq!(intervals("a/b/c/d/e/pool50/intervals-optimal"), "optimal");
+        assert!(!Technique::parse("a/b/c/d/e/intervals-optimal").powers_of_two());
     }
 
     #[test]

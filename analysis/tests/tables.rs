@@ -40,6 +40,8 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         peak_bytes: Some(8192),
         repeat_differs_px: None,
         prepare_ms: 1.5,
+        tuned: None,
+        predicted_ns: None,
     };
     Event::Verified { cell, result }
 }

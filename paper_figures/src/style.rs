@@ -42,6 +42,8 @@ const SORTS: &[(&str, Colour)] = &[
     ("rs", GREEN),
     ("rbs", BLUE),
     ("network", SKY_BLUE),
+    ("insertion_merge64", Colour(0xdd, 0xcc, 0x77)),
+    ("auto", Colour(0x44, 0xaa, 0x99)),
     ("passthrough", BLACK),
     ("unsorted", GREY),
 ];

@@ -11,6 +11,9 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak"),
     ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak"),
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak"),
+    // Of the backwards memory allocation paper (Table 2), with its own bounds between sorts.
+    ("OIT", "linked_list/base/insertion_merge64/fragment/peak"),
+    ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak"),
 ];
 
 /// Whether a sort sorts nothing: what is left of a resolve's time without one.

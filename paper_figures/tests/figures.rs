@@ -344,6 +344,25 @@ fn pools_too_small_are_in_their_own_figure_only() {
 }
 
 #[test]
+fn other_intervals_are_compared_with_powers_of_two() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    let output = drawn("bma-intervals", &tables);
+    assert_eq!(output.csv.rows.len(), VIEWS.len());
+    let cell = [("scene", "planes"), ("view", "front"), ("shader_stage", "fragment")];
+    let value = |column: &str| field(&output, &cell, column);
+    assert_eq!((value("intervals"), value("bounds")), ("optimal".into(), "4-12-256".into()));
+    assert_eq!(value("predicted_ratio"), "0.9");
+    let ratio: f64 = value("ratio").parse().unwrap();
+    let [ms, usual] = ["ms", "powers_of_two_ms"].map(|c| value(c).parse::<f64>().unwrap());
+    assert!((ratio - ms / usual).abs() < 1e-9 && (0.9..1.1).contains(&ratio), "{ratio}");
+    // They are no further cell of comparisons between sorts.
+    for output in draw_all(&tables).iter().filter(|output| !output.name.starts_with("bma-int")) {
+        assert!(!output.csv.text().contains("optimal"), "{}", output.name);
+    }
+}
+
+#[test]
 fn a_claim_without_its_records_is_not_tested() {
     let root = tempfile::tempdir().unwrap();
     let run = write_run(root.path(), "run", DEVICE);

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// The most intervals of a technique: each has a program, and a list with room for all pixels.
+pub const MOST_INTERVALS: usize = 64;
+
 /// Intervals of fragments per pixel, shallow to deep; together they hold every count from 1 up.
 ///
 /// The last one also takes pixels deeper than its upper bound: its program keeps the first
@@ -55,6 +58,23 @@ impl Intervals {
             Some(pair) => Err(BadIntervals(format!("{} does not rise to {}", pair[0], pair[1]))),
             None => Ok(Self { uppers }),
         }
+    }
+
+    /// Intervals with these upper bounds, made to end where they should: bounds above `max_frags` are
+    /// cut to it, those behind the first that reaches `needed` are left out, and where none does,
+    /// `max_frags` (which is no less than `needed`) is the last.
+    ///
+    /// # Errors
+    /// As [`Intervals::from_uppers`], of the bounds given; where `max_frags` is 0.
+    pub fn within(uppers: &[u32], needed: u32, max_frags: u32) -> Result<Self, BadIntervals> {
+        let mut uppers = Self::from_uppers(uppers.to_vec())?.uppers;
+        if let Some(last) = uppers.iter().position(|&upper| upper >= needed.min(max_frags)) {
+            uppers.truncate(last + 1);
+            uppers[last] = uppers[last].min(max_frags);
+        } else {
+            uppers.push(max_frags);
+        }
+        Self::from_uppers(uppers)
     }
 
     /// Each interval, shallow to deep.
@@ -123,6 +143,21 @@ mod tests {
             let place = intervals.iter().position(holds).unwrap_or(2);
             assert_eq!(intervals.index(count), Some(place), "{count}");
         }
+    }
+
+    #[test]
+    fn given_bounds_end_where_they_should() {
+        let within = |uppers: &[u32], needed, max_frags| {
+            Intervals::within(uppers, needed, max_frags).map(|intervals| intervals.uppers)
+        };
+        let given = [4, 12, 40];
+        assert_eq!(within(&given, 46, 64), Ok(vec![4, 12, 40, 64]));
+        assert_eq!(within(&given, 40, 64), Ok(vec![4, 12, 40]));
+        assert_eq!(within(&given, 30, 32), Ok(vec![4, 12, 32]));
+        assert_eq!(within(&given, 12, 16), Ok(vec![4, 12]));
+        assert_eq!(within(&given, 0, 8), Ok(vec![4]));
+        assert_eq!(within(&[4096], 16, 16), Ok(vec![16]));
+        assert!(within(&[8, 4], 4, 8).is_err() && within(&given, 0, 0).is_err());
     }
 
     #[test]

@@ -4,12 +4,16 @@
 //! 2013. A sorting array sized for the deepest pixel slows every pixel; so pixels are grouped by
 //! how many fragments they have, and each group is resolved by a program with an array of its size.
 
+mod cost;
 mod intervals;
 mod list;
+mod optimum;
 mod stencil;
 
-pub use intervals::{BadIntervals, Interval, Intervals};
+pub use cost::{ArrayCost, BadCost, CostModel, CostPoint};
+pub use intervals::{BadIntervals, Interval, Intervals, MOST_INTERVALS};
 pub use list::{ListGrouping, list_grouping};
+pub use optimum::{NoOptimum, optimal_intervals};
 pub use stencil::{MOST_COUNTED, count_drawn, counted, mark, mask_pass, masked, stencil_target};
 
 /// What is grouped.

@@ -12,7 +12,7 @@ use oit_gpu::{
 };
 use oit_sort::{Entry, Layout, Output, Program, SortSpec, workgroups};
 
-use crate::technique::{DEEPEST, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
+use crate::technique::{DEEPEST, IntervalChoice, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
 use crate::{CellError, FrameSize};
 
 /// Where every plan leaves its picture: premultiplied RGBA, 16 bytes a pixel, a target in the
@@ -20,7 +20,8 @@ use crate::{CellError, FrameSize};
 pub const IMAGE: &str = "image";
 
 /// The intervals a technique's programs are compiled for, given the peak depth complexity. The
-/// base schedule has one, which also takes empty pixels.
+/// base schedule has one, which also takes empty pixels. What is left to measurements must have been
+/// chosen before ([`crate::Tuner::choose`]).
 pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, CellError> {
     let max = technique.max_frags.for_peak(peak);
     if max > DEEPEST {
@@ -28,17 +29,25 @@ pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, C
             "{peak} fragments on one pixel; techniques hold up to {DEEPEST}"
         )));
     }
-    Ok(match (technique.schedule.has_intervals(), technique.max_frags) {
-        (false, _) => Intervals::from_uppers(vec![max]),
-        (true, MaxFrags::Peak) => Ok(Intervals::powers_of_two(peak)),
-        (true, MaxFrags::Exactly(_)) => {
+    let bounds = match (&technique.intervals, technique.max_frags) {
+        _ if !technique.schedule.has_intervals() => Intervals::from_uppers(vec![max]),
+        (IntervalChoice::PowersOfTwo, MaxFrags::Peak) => Ok(Intervals::powers_of_two(peak)),
+        (IntervalChoice::PowersOfTwo, MaxFrags::Exactly(_)) => {
             let doubling = std::iter::successors(Some(8u32), |&upper| Some(upper * 2));
             let mut uppers: Vec<u32> = doubling.take_while(|&upper| upper < max).collect();
             uppers.push(max);
             Intervals::from_uppers(uppers)
         }
-    }
-    .expect("bounds that rise from 8, or one bound of at least 1"))
+        (IntervalChoice::Uppers(uppers), MaxFrags::Peak) => Intervals::within(uppers, peak, max),
+        (IntervalChoice::Uppers(uppers), MaxFrags::Exactly(_)) => {
+            Intervals::within(uppers, max, max)
+        }
+        (IntervalChoice::Optimal, _) => {
+            let reason = "the optimal intervals were not chosen for this view";
+            return Err(CellError::Unsupported(reason.into()));
+        }
+    };
+    bounds.map_err(|error| CellError::Failed(format!("{technique}: {error}")))
 }
 
 /// What a program for one interval is compiled for, and with which strategy.

@@ -13,8 +13,8 @@ use toml::Spanned;
 
 use crate::engine::FrameSize;
 use crate::technique::{
-    MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture, parse_max_frags,
-    parse_pool, parse_schedule, parse_stage, parse_ties,
+    IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture,
+    parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties, unknown,
 };
 
 /// Values that replace a scene's parameters.
@@ -49,6 +49,9 @@ pub enum ProfileName {
 }
 
 impl ProfileName {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Quick, Self::Full];
+
     /// The word for it.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -98,6 +101,9 @@ struct ExperimentFile {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
+    /// The profiles that run this block; both where none is named.
+    #[serde(default)]
+    profiles: Vec<Spanned<String>>,
     /// Techniques by name or alias, beside those of the axes.
     #[serde(default)]
     techniques: Vec<Spanned<String>>,
@@ -115,6 +121,9 @@ struct SweepFile {
     ties: Vec<Spanned<String>>,
     #[serde(default)]
     pools: Vec<Spanned<toml::Value>>,
+    /// Words, and arrays of upper bounds.
+    #[serde(default)]
+    intervals: Vec<Spanned<toml::Value>>,
     views: Vec<Spanned<String>>,
     /// Scene parameters of this block, for all its scenes: one table, or several, each of them a
     /// scene of its own.
@@ -229,7 +238,7 @@ impl Place<'_> {
         Ok(values)
     }
 
-    /// The values of an axis of words and numbers.
+    /// The values of an axis of words, numbers and lists of numbers.
     fn numbers<T>(
         &self,
         words: &[Spanned<toml::Value>],
@@ -241,6 +250,11 @@ impl Place<'_> {
         }
         let parsed = words.iter().map(|word| match word.get_ref() {
             toml::Value::String(text) => self.technique(word, parse(text)),
+            // A list is written as it is in a technique's name.
+            toml::Value::Array(list) => {
+                let list: Vec<String> = list.iter().map(toml::Value::to_string).collect();
+                self.technique(word, parse(&list.join("-")))
+            }
             other => self.technique(word, parse(&other.to_string())),
         });
         parsed.collect()
@@ -304,21 +318,29 @@ impl Experiment {
     /// Where a word names nothing: a technique, a value of an axis, a scene, a view.
     pub fn cells(
         &self,
-        profile: ProfileName,
+        name: ProfileName,
         scenes: &[SceneEntry],
     ) -> Result<Vec<PlannedCell>, ExperimentError> {
         let place = Place { path: &self.path, text: &self.toml };
-        let profile = self.profile(profile);
-        for name in profile.scene.keys() {
-            scene(&place, name, name.get_ref(), scenes)?;
+        let profile = self.profile(name);
+        for word in profile.scene.keys() {
+            scene(&place, word, word.get_ref(), scenes)?;
         }
         let [width_px, height_px] = profile.resolution;
         let size = FrameSize { width_px, height_px };
         let mut cells: Vec<PlannedCell> = Vec::new();
         let mut known = BTreeSet::new();
         for sweep in &self.sweeps {
+            let profiles =
+                place.axis(&sweep.profiles, &ProfileName::ALL, &ProfileName::ALL, |text| {
+                    let found = ProfileName::ALL.into_iter().find(|profile| profile.name() == text);
+                    found.ok_or_else(|| {
+                        unknown("profile", text, ProfileName::ALL.map(ProfileName::name))
+                    })
+                })?;
             let techniques = sweep.techniques(&place)?;
-            for word in &sweep.views {
+            let views_now: &[_] = if profiles.contains(&name) { &sweep.views } else { &[] };
+            for word in views_now {
                 for (entry, view) in views(&place, word, scenes)? {
                     let named =
                         profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);
@@ -384,6 +406,15 @@ impl SweepFile {
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
         let sizes = place.numbers(&self.max_frags, MaxFrags::Peak, parse_max_frags)?;
         let pools = place.numbers(&self.pools, Pool::WHOLE, parse_pool)?;
+        let intervals =
+            place.numbers(&self.intervals, IntervalChoice::PowersOfTwo, parse_intervals)?;
+        let one_program = self.schedules.iter().filter(|word| word.get_ref() != "all");
+        let one_program = one_program.filter_map(|word| parse_schedule(word.get_ref()).ok());
+        for schedule in one_program.chain(self.schedules.is_empty().then_some(schedules[0])) {
+            for (word, choice) in self.intervals.iter().zip(&intervals) {
+                place.technique(word, schedule.admits(choice))?;
+            }
+        }
         let masked = |word: &&Spanned<String>| {
             parse_schedule(word.get_ref()).is_ok_and(Schedule::masks_what_is_drawn)
         };
@@ -404,7 +435,10 @@ impl SweepFile {
                         for &max_frags in &sizes {
                             for &ties in &ties {
                                 for &pool in &pools {
-                                    techniques.push(Technique {
+                                    // Of `all` schedules those that have intervals.
+                                    let intervals =
+                                        intervals.iter().filter(|i| schedule.admits(i).is_ok());
+                                    techniques.extend(intervals.map(|intervals| Technique {
                                         capture,
                                         schedule,
                                         sort: sort.clone(),
@@ -412,7 +446,8 @@ impl SweepFile {
                                         max_frags,
                                         ties,
                                         pool,
-                                    });
+                                        intervals: intervals.clone(),
+                                    }));
                                 }
                             }
                         }

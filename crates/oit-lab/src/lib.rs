@@ -12,6 +12,9 @@ pub mod provenance;
 mod runner;
 mod stored;
 mod technique;
+mod tune;
+mod tuner;
+mod tuning;
 mod verify;
 mod worker;
 
@@ -30,8 +33,14 @@ pub use stored::{
     DEEP_EXTENSION, Origin, STORED_VIEW, Stored, StoredError, is_stored, load_stored, stored_entry,
 };
 pub use technique::{
-    ALIASES, DEEPEST, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique, TechniqueError,
-    parse_capture, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,
+    ALIASES, DEEPEST, IntervalChoice, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique,
+    TechniqueError, parse_capture, parse_intervals, parse_max_frags, parse_pool, parse_schedule,
+    parse_stage, parse_ties,
+};
+pub use tune::{TuneError, tune};
+pub use tuner::Tuner;
+pub use tuning::{
+    Fastest, FromRun, IntervalCost, PixelCost, TUNING_VERSION, Tuning, TuningError, tuning_path,
 };
 pub use verify::{EXACT_TOLERANCE, Verifier};
 pub use worker::{Spent, serve};

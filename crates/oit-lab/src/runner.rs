@@ -34,6 +34,8 @@ pub struct Setup {
     pub resume: bool,
     /// Where pipelines are kept.
     pub cache: PathBuf,
+    /// The folder of tuning files, for techniques that leave a choice to them.
+    pub tuning: PathBuf,
     /// The commit the program was built from, and whether it was dirty.
     pub commit: Option<(String, bool)>,
     /// The command line.
@@ -572,7 +574,11 @@ impl Client {
             }
         });
         let mut client = Self { child, input, replies, device: DeviceInfo::default() };
-        let open = Request::Open { device: setup.device.clone(), cache: setup.cache.clone() };
+        let open = Request::Open {
+            device: setup.device.clone(),
+            cache: setup.cache.clone(),
+            tuning: setup.tuning.clone(),
+        };
         match client.ask(&open, Duration::from_secs(120)) {
             Ok(Reply::Opened(info)) => client.device = *info,
             other => return Err(failed(reason(&other).1)),

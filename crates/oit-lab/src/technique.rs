@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use oit_bma::{Intervals, MOST_INTERVALS};
 use oit_capture::Capture;
 use oit_fragments::Ties;
 use oit_scene::nearest;
@@ -10,7 +11,7 @@ use oit_sort::{ChoiceError, SortChoice};
 
 /// One technique: a point on every axis. Its name is that point, axis by axis:
 /// `capture/schedule/sort/stage/max`, then what is not the default: `ties-depth`, `poolN` or
-/// `poolN-drop`.
+/// `poolN-drop`, `intervalsA-B-C` or `intervals-optimal`.
 #[derive(Clone)]
 pub struct Technique {
     /// How fragments are captured.
@@ -27,6 +28,37 @@ pub struct Technique {
     pub ties: Ties,
     /// Its pool of fragments.
     pub pool: Pool,
+    /// Its intervals of depth complexity, for schedules that have several.
+    pub intervals: IntervalChoice,
+}
+
+/// Which intervals of depth complexity have a program each.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
+pub enum IntervalChoice {
+    /// Powers of two from 8, as in the papers.
+    #[default]
+    PowersOfTwo,
+    /// Those with these upper bounds, rising. They are cut to `max_frags`, and where they end below
+    /// what must be held, one more reaches up to it ([`Intervals::within`]).
+    Uppers(Vec<u32>),
+    /// Those that cost least on the view by what was measured on the device.
+    Optimal,
+}
+
+/// The word for the default.
+const POWERS_OF_TWO: &str = "powers-of-two";
+
+impl fmt::Display for IntervalChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PowersOfTwo => f.write_str(POWERS_OF_TWO),
+            Self::Optimal => f.write_str("optimal"),
+            Self::Uppers(uppers) => {
+                let uppers: Vec<String> = uppers.iter().map(u32::to_string).collect();
+                f.write_str(&uppers.join("-"))
+            }
+        }
+    }
 }
 
 /// How large a pool is, and what happens where it is too small.
@@ -128,6 +160,17 @@ impl Schedule {
         matches!(self, Self::BaseStencil | Self::BmaStencilCount)
     }
 
+    /// Refuses intervals where it has one program.
+    pub(crate) fn admits(self, intervals: &IntervalChoice) -> Result<(), TechniqueError> {
+        if self.has_intervals() || *intervals == IntervalChoice::PowersOfTwo {
+            return Ok(());
+        }
+        let name = Self::ALL.iter().find(|(schedule, ..)| *schedule == self);
+        let schedule = name.map_or("", |(_, name, _)| *name).to_owned();
+        let intervals = format!("intervals {intervals}");
+        Err(TechniqueError::NoIntervals { schedule, intervals })
+    }
+
     /// Whether it has one program for each interval of depth complexity.
     #[must_use]
     pub fn has_intervals(self) -> bool {
@@ -183,17 +226,28 @@ pub const ALIASES: &[(&str, &str)] = &[
     ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak/ties-depth"),
     ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak/ties-depth"),
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak/ties-depth"),
+    // Of the BMA paper, with its own bounds between insertion and merge sort (section 4).
+    ("OIT", "linked_list/base/insertion_merge64/fragment/peak/ties-depth"),
+    ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak/ties-depth"),
 ];
 
-impl fmt::Display for Technique {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let schedule = match (self.schedule, self.stage) {
+impl Technique {
+    /// Its schedule as names have it: with how pixels are grouped in its stage.
+    #[must_use]
+    pub fn schedule_name(&self) -> &'static str {
+        match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
             (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
             (Schedule::Bma, Stage::Compute) => "bma-list",
-        };
+        }
+    }
+}
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let schedule = self.schedule_name();
         let stage = self.stage.name();
         write!(f, "{}/{schedule}/{}/{stage}/{}", self.capture.name(), self.sort, self.max_frags)?;
         if self.ties == Ties::Depth {
@@ -202,7 +256,11 @@ impl fmt::Display for Technique {
         if self.pool != Pool::WHOLE {
             write!(f, "/{}", self.pool)?;
         }
-        Ok(())
+        match &self.intervals {
+            IntervalChoice::PowersOfTwo => Ok(()),
+            IntervalChoice::Optimal => f.write_str("/intervals-optimal"),
+            uppers @ IntervalChoice::Uppers(_) => write!(f, "/intervals{uppers}"),
+        }
     }
 }
 
@@ -226,8 +284,30 @@ pub enum TechniqueError {
         valid: Vec<String>,
     },
     /// The name has too few or too many parts.
-    #[error("{0:?} is not of the form capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]]")]
+    #[error(
+        "{0:?} is not of the form \
+         capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]][/intervalsA-B-C]"
+    )]
     Form(String),
+    /// What stands for intervals is no list of bounds.
+    #[error(
+        "no intervals are called {word:?} ({why}); there is {POWERS_OF_TWO}, optimal, and upper \
+         bounds that rise, as 4-12-40"
+    )]
+    Intervals {
+        /// What stands there.
+        word: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Intervals for a schedule that has but one program.
+    #[error("{schedule} has one program for all pixels: {intervals} has no meaning with it")]
+    NoIntervals {
+        /// The schedule.
+        schedule: String,
+        /// The intervals asked for.
+        intervals: String,
+    },
     /// The sort names no strategy, or no store of it.
     #[error(transparent)]
     Sort(#[from] ChoiceError),
@@ -325,6 +405,34 @@ pub fn parse_pool(text: &str) -> Result<Pool, TechniqueError> {
     }
 }
 
+/// `powers-of-two`, `optimal`, or upper bounds joined by `-`.
+///
+/// # Errors
+/// Where the text is none of them: bounds that do not rise, that are 0 or above [`DEEPEST`], or more
+/// than [`MOST_INTERVALS`].
+pub fn parse_intervals(text: &str) -> Result<IntervalChoice, TechniqueError> {
+    let bad = |why: String| TechniqueError::Intervals { word: text.to_owned(), why };
+    match text {
+        POWERS_OF_TWO => return Ok(IntervalChoice::PowersOfTwo),
+        "optimal" => return Ok(IntervalChoice::Optimal),
+        _ => {}
+    }
+    let mut uppers = Vec::new();
+    for word in text.split('-') {
+        let upper = word.parse::<u32>().ok().filter(|_| !word.starts_with('+'));
+        match upper {
+            Some(upper @ 0..=DEEPEST) => uppers.push(upper),
+            Some(upper) => return Err(bad(format!("{upper} is above {DEEPEST}"))),
+            None => return Err(bad(format!("{word:?} is no number"))),
+        }
+        if uppers.len() > MOST_INTERVALS {
+            return Err(bad(format!("there are more than {MOST_INTERVALS}")));
+        }
+    }
+    Intervals::from_uppers(uppers.clone()).map_err(|error| bad(error.to_string()))?;
+    Ok(IntervalChoice::Uppers(uppers))
+}
+
 impl FromStr for Technique {
     type Err = TechniqueError;
 
@@ -362,10 +470,16 @@ impl FromStr for Technique {
             max_frags: parse_max_frags(max_frags)?,
             ties: Ties::Total,
             pool: Pool::WHOLE,
+            intervals: IntervalChoice::PowersOfTwo,
         };
         for part in rest {
             if *part == "ties-depth" {
                 technique.ties = Ties::Depth;
+            } else if let Some(word) = part.strip_prefix("intervals") {
+                // `intervals4-12-40`, `intervals-optimal`.
+                let word = word.strip_prefix('-').unwrap_or(word);
+                technique.intervals = parse_intervals(word)?;
+                technique.schedule.admits(&technique.intervals)?;
             } else if let Ok(pool) = parse_pool(part.strip_prefix("pool").unwrap_or(part)) {
                 technique.pool = pool;
             } else {
@@ -389,6 +503,9 @@ mod tests {
             "linearized/base/passthrough/compute/max8/pool50",
             "linearized/base-stencil/insertion/fragment/peak/ties-depth/pool100-drop",
             "linked_list/bma-stencil-count/rbs/fragment/peak",
+            "linked_list/bma-list/insertion@16+merge@64+rbs/compute/peak/intervals4-12-40",
+            "linked_list/bma-stencil/auto/fragment/max64/ties-depth/pool50/intervals-optimal",
+            "linked_list/base/auto/compute/peak",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }
@@ -413,6 +530,33 @@ mod tests {
         let text = error("linked_list/base/rbs/fragment/max0");
         assert!(text.contains("max0"), "{text}");
         assert!(error("linked_list/base").contains("capture/schedule/sort"));
+        let bma = |word: &str| error(&format!("linked_list/bma-list/rbs/compute/peak/{word}"));
+        let cases = [
+            ("intervals8-4", "8 does not rise to 4"),
+            ("intervals0-4", "ends at 0"),
+            ("intervals4-x", "\"x\" is no number"),
+            ("intervals", "no number"),
+            ("intervals-optimum", "\"optimum\" is no number"),
+            ("intervals8-5000", "above 4096"),
+        ];
+        for (word, why) in cases {
+            let text = bma(word);
+            assert!(text.contains(why) && text.contains("4-12-40"), "{word}: {text}");
+        }
+        let many: Vec<String> = (1..=65).map(|bound| bound.to_string()).collect();
+        assert!(bma(&format!("intervals{}", many.join("-"))).contains("more than 64"));
+        for schedule in ["base", "base-stencil"] {
+            let text = error(&format!("linked_list/{schedule}/rbs/fragment/peak/intervals4-12"));
+            assert!(text.contains(&format!("{schedule} has one program")), "{text}");
+            assert!(text.contains("4-12"), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_default_intervals_are_not_written() {
+        let name = "linked_list/bma-list/rbs/compute/peak";
+        let said: Technique = format!("{name}/intervals-powers-of-two").parse().unwrap();
+        assert_eq!(said.to_string(), name);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use oit_record::{Verdict, Verification};
 
 use crate::assemble::{intervals, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
-use crate::technique::{PoolPolicy, Schedule, Technique};
+use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Technique};
 
 /// How far a colour channel of an exact technique may be from the oracle. Its arithmetic is single
 /// precision, the oracle's double; the tolerance is four hundred times finer than an 8-bit step.
@@ -21,7 +21,7 @@ pub struct Verifier {
     picture: Vec<[f64; 4]>,
     tied: Vec<bool>,
     tied_px: u64,
-    captures: HashMap<(&'static str, Schedule, u64), MultisetDifference>,
+    captures: HashMap<(&'static str, Schedule, IntervalChoice, u64), MultisetDifference>,
 }
 
 impl Verifier {
@@ -137,6 +137,8 @@ impl Verifier {
             peak_bytes: preparation.memory.map(|memory| memory.peak_bytes),
             repeat_differs_px: Some(repeat_differs_px),
             prepare_ms: preparation.prepare_ms,
+            tuned: None,
+            predicted_ns: None,
         })
     }
 
@@ -149,7 +151,14 @@ impl Verifier {
         ready: Ready,
         preparation: &Preparation,
     ) -> Result<MultisetDifference, CellError> {
-        let key = (technique.capture.name(), technique.schedule, preparation.pool_final);
+        // A capture that goes by the schedule's lists is another with other intervals.
+        let intervals = Some(&technique.intervals).filter(|_| technique.capture.needs_lists());
+        let key = (
+            technique.capture.name(),
+            technique.schedule,
+            intervals.cloned().unwrap_or_default(),
+            preparation.pool_final,
+        );
         if let Some(known) = self.captures.get(&key) {
             return Ok(*known);
         }

@@ -6,7 +6,7 @@ use std::io::{self, BufRead, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use oit_fragments::Lfb;
+use oit_fragments::{DepthHistogram, Lfb};
 use oit_record::{DeviceInfo, Verification};
 use serde::{Deserialize, Serialize};
 
@@ -14,13 +14,14 @@ use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
+use crate::tuner::Tuner;
 use crate::verify::Verifier;
 
 /// What the runner asks.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Request {
     /// Open a device. Answered by [`Reply::Opened`].
-    Open { device: String, cache: PathBuf },
+    Open { device: String, cache: PathBuf, tuning: PathBuf },
     /// Open a view of a scene. Answered by [`Reply::Counted`].
     View {
         scene: PathBuf,
@@ -97,6 +98,8 @@ impl Spent {
 #[derive(Default)]
 struct Worker {
     engine: Option<Box<dyn Engine>>,
+    tuner: Option<Tuner>,
+    view: Option<(DepthHistogram, FrameSize)>,
     scene: Option<((PathBuf, String), oit_scene::Scene)>,
     verifier: Option<Verifier>,
     ready: HashMap<usize, Ready>,
@@ -158,9 +161,10 @@ impl Worker {
 
     fn answer(&mut self, request: Request) -> Result<Reply, CellError> {
         match request {
-            Request::Open { device, cache } => {
+            Request::Open { device, cache, tuning } => {
                 let engine = open_engine(&device, &cache)?;
                 let info = engine.info().clone();
+                self.tuner = Some(Tuner::open(&tuning, &info));
                 self.engine = Some(engine);
                 Ok(Reply::Opened(Box::new(info)))
             }
@@ -221,10 +225,11 @@ impl Worker {
     ) -> Result<Reply, CellError> {
         self.ready.clear();
         self.verifier = None;
+        self.view = None;
         let started = Instant::now();
         let data = self.view_data(key, view, size)?;
         self.spent.scene_ms += ms(started);
-        let triangles = data.triangles();
+        let (triangles, size) = (data.triangles(), data.size);
         let started = Instant::now();
         let engine = self.engine()?;
         let histogram = engine.open_view(data)?;
@@ -234,6 +239,7 @@ impl Worker {
                 .map_err(|error| CellError::Failed(error.to_string()))?;
         }
         self.verifier = Some(verifier);
+        self.view = Some((histogram.clone(), size));
         self.spent.verify_ms += ms(started);
         Ok(Reply::Counted { triangles, histogram: histogram.pixels })
     }
@@ -246,14 +252,20 @@ impl Worker {
     ) -> Result<Option<Box<Verification>>, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
+        let (Some(tuner), Some((histogram, size))) = (&self.tuner, &self.view) else {
+            return Err(CellError::Failed("no view is open".into()));
+        };
+        let chosen = tuner.choose(&technique, histogram, *size)?;
+        let predicted_ns = tuner.predicted_ns(&chosen, histogram, *size);
+        let tuned = Some(chosen.to_string()).filter(|name| *name != technique.to_string());
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&technique, verify);
+        let prepared = self.prepare_and_verify(&chosen, verify);
         let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
         let (ready, _, verification) = prepared?;
         self.ready.insert(cell, ready);
-        Ok(verification.map(Box::new))
+        Ok(verification.map(|result| Box::new(Verification { tuned, predicted_ns, ..result })))
     }
 
     /// The technique, milliseconds until its pipelines were ready, and how it compares.

@@ -90,6 +90,32 @@ scene = [{ alpha = 0.25 }, { alpha = 0.5 }]
 }
 
 #[test]
+fn intervals_are_an_axis_of_schedules_that_have_them() {
+    let cells = cells(
+        r#"
+[[sweep]]
+sorts = ["auto"]
+stages = ["compute"]
+schedules = ["all"]
+intervals = ["powers-of-two", [4, 12, 40], "optimal"]
+views = ["planes:front"]
+[[sweep]]
+profiles = ["full"]
+sorts = ["rbs"]
+views = ["planes:front"]
+"#,
+    )
+    .expect("a good experiment");
+    let expected = [
+        "linked_list/base/auto/compute/peak planes:front@64x32",
+        "linked_list/bma-list/auto/compute/peak planes:front@64x32",
+        "linked_list/bma-list/auto/compute/peak/intervals4-12-40 planes:front@64x32",
+        "linked_list/bma-list/auto/compute/peak/intervals-optimal planes:front@64x32",
+    ];
+    assert_eq!(cells, expected);
+}
+
+#[test]
 fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
     let error = |sweep: &str| cells(sweep).expect_err("a mistake");
     let cases = [
@@ -111,6 +137,17 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
             "fragment stage",
         ),
         ("[[sweep]]\nstages = [\"compute\"]\nviews = []\n", "x.toml:14", "sorts"),
+        (
+            "[[sweep]]\nsorts = [\"rs\"]\nschedules = [\"bma\"]\nintervals = [[8, 4]]\nviews = []\n",
+            "x.toml:16",
+            "8-4",
+        ),
+        (
+            "[[sweep]]\nsorts = [\"rs\"]\nintervals = [\"optimal\"]\nviews = []\n",
+            "x.toml:15",
+            "base has one program",
+        ),
+        ("[[sweep]]\nprofiles = [\"fast\"]\nviews = []\n", "x.toml:14", "quick"),
     ];
     for (sweep, line, word) in cases {
         let text = error(sweep);

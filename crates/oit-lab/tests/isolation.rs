@@ -59,6 +59,7 @@ fn setup(out: &Path, cell: &str, then: &str, resume: bool) -> Setup {
         out: out.to_owned(),
         resume,
         cache: out.join("cache"),
+        tuning: out.join("tuning"),
         commit: None,
         command: vec!["test".into()],
         worker: words.map(String::from).into(),

@@ -7,7 +7,8 @@ use oit_capture::CAPTURES;
 use oit_fragments::Ties;
 use oit_lab::ViewData;
 use oit_lab::{
-    CellError, Engine, FrameSize, MaxFrags, Pool, Schedule, Stage, Technique, Verifier, open_engine,
+    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique,
+    Verifier, open_engine,
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
@@ -70,6 +71,7 @@ fn all_techniques() -> Vec<Technique> {
                             max_frags: MaxFrags::Peak,
                             ties,
                             pool: Pool::WHOLE,
+                            intervals: IntervalChoice::PowersOfTwo,
                         });
                     }
                 }
@@ -270,4 +272,33 @@ fn a_sort_that_cannot_hold_a_view_says_so() {
         panic!("80 fragments are too many for a network of 64");
     };
     assert!(reason.contains("network holds 64"), "{reason}");
+}
+
+/// Given intervals, and a sort for each: whatever they are, the picture is the same.
+#[test]
+fn any_intervals_with_any_sorts_are_exact() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let peak = engine.open_view(soup(0, SIZE)).expect("the view opens").peak();
+        assert!((5..=40).contains(&peak), "{peak}");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        for capture in ["linked_list", "linearized_blend", "interleaved_lists"] {
+            for rest in [
+                "bma-list/insertion@4+merge@9+rbs/compute/peak/intervals1-4-5-9",
+                "bma-list/insertion/compute/peak/intervals2",
+                "bma-list/network/compute/max64/intervals3-4096",
+                "bma-stencil/insertion@4+merge/fragment/peak/intervals1-4-5",
+                "bma-stencil-count/insertion_merge64/fragment/peak/intervals2-3",
+            ] {
+                let name = format!("{capture}/{rest}");
+                let technique: Technique = name.parse().expect("a technique");
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
+                assert_eq!(result.verdict, Verdict::Exact, "{id} {name}: {:?}", result.note);
+                assert!(result.max_frags >= peak, "{id} {name}");
+            }
+        }
+    }
 }

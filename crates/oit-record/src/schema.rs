@@ -190,6 +190,14 @@ pub struct Verification {
     pub repeat_differs_px: Option<u64>,
     /// Milliseconds until its pipelines were ready.
     pub prepare_ms: f64,
+    /// The coordinate that was run in its place, where the cell's leaves sorts (`auto`) or intervals
+    /// (`intervals-optimal`) to what was measured before on the device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tuned: Option<String>,
+    /// Nanoseconds to group and resolve the frame by the device's cost model, for techniques with
+    /// intervals. `None` where the model lacks something, and in older records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub predicted_ns: Option<f64>,
 }
 
 /// The verdict on a cell.

@@ -11,7 +11,7 @@ mod resolve;
 mod strategies;
 mod strategy;
 
-pub use choice::{ChoiceError, SortChoice, SortLimit};
+pub use choice::{AUTO, ChoiceError, SortChoice, SortLimit, SortPart};
 pub use program::{
     Entry, INVOCATIONS, Layout, MAX_WORKGROUPS_X, Output, Program, ProgramError, workgroups,
 };

@@ -19,11 +19,11 @@ fn every_strategy_alone_reads_back() {
     assert_eq!(all.len(), STRATEGIES.len());
     for (choice, strategy) in all.iter().zip(STRATEGIES) {
         assert_eq!(choice.to_string().parse::<SortChoice>().as_ref(), Ok(choice));
-        assert_eq!(choice.parts()[0].0.name(), strategy.name());
+        assert_eq!(choice.parts()[0].strategy.name(), strategy.name());
         for store in strategy.stores() {
             let text = format!("{}-{}", strategy.name(), store.name());
             let choice: SortChoice = text.parse().unwrap();
-            assert_eq!(choice.parts()[0].1, *store);
+            assert_eq!(choice.parts()[0].store, *store);
             let shown = if strategy.stores().len() > 1 { &text } else { strategy.name() };
             assert_eq!(choice.to_string(), *shown);
         }
@@ -45,6 +45,40 @@ fn the_first_part_that_admits_an_interval_runs_it() {
 }
 
 #[test]
+fn a_part_is_chosen_up_to_its_bound() {
+    let text = "insertion@16+merge-local@64+rbs";
+    let choice: SortChoice = text.parse().unwrap();
+    assert_eq!(choice.to_string(), "insertion@16+merge@64+rbs");
+    assert_eq!(choice.to_string().parse::<SortChoice>().as_ref(), Ok(&choice));
+    let name = |max_frags| choice.for_max_frags(max_frags).unwrap().0.name();
+    let names = [8, 16, 17, 64, 65, 1024].map(name);
+    assert_eq!(names, ["insertion", "insertion", "merge", "merge", "rbs", "rbs"]);
+    // A strategy's own limit need not be said, and a lower one differs from it.
+    let said: SortChoice = "network@64+rbs".parse().unwrap();
+    assert_eq!(said.to_string(), "network+rbs");
+    assert_eq!(said, "network+rbs".parse().unwrap());
+    assert_ne!(said, "network@32+rbs".parse().unwrap());
+    let bounded: SortChoice = "insertion@16".parse().unwrap();
+    assert_eq!(
+        bounded.for_max_frags(32).unwrap_err().to_string(),
+        "sort insertion@16 cannot hold 32 fragments: insertion is chosen up to 16"
+    );
+    assert_eq!(SortChoice::from_parts(choice.parts().to_vec()), Ok(choice));
+}
+
+#[test]
+fn auto_stands_alone_and_names_no_strategy() {
+    let auto: SortChoice = "auto".parse().unwrap();
+    assert!(auto.is_auto() && auto.parts().is_empty());
+    assert_eq!(auto.to_string(), "auto");
+    assert!(auto.for_max_frags(8).is_err());
+    assert!(!SortChoice::all().contains(&auto));
+    for text in ["auto+rbs", "rbs+auto", "auto@16", "auto-local"] {
+        assert_eq!(text.parse::<SortChoice>(), Err(ChoiceError::Auto), "{text}");
+    }
+}
+
+#[test]
 fn mistakes_are_named_with_what_was_meant() {
     let message = |text: &str| text.parse::<SortChoice>().unwrap_err().to_string();
     assert!(message("netwrok").starts_with(
@@ -56,7 +90,12 @@ fn mistakes_are_named_with_what_was_meant() {
         message("rbs-locla"),
         "sort \"rbs\" has no store \"locla\" (did you mean local?); it has local"
     );
-    for text in ["insertion+rbs", "network+rs", "rs+rs"] {
+    assert_eq!(message("network@65"), "sort network@65: network holds 64 fragments at most");
+    for text in ["rbs@", "rbs@0", "rbs@x", "rbs@+8", "rbs@99999999999", "rbs@8@9"] {
+        assert!(matches!(text.parse::<SortChoice>(), Err(ChoiceError::Most { .. })), "{text}");
+    }
+    for text in ["insertion+rbs", "network+rs", "rs+rs", "merge@16+insertion@16", "rbs@64+network"]
+    {
         assert!(matches!(text.parse::<SortChoice>(), Err(ChoiceError::Unreachable { .. })));
     }
     assert_eq!(strategy("insert").err().unwrap().nearest[0], "insertion");

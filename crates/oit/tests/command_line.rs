@@ -198,6 +198,32 @@ fn a_plan_is_printed_without_a_device() {
     }
 }
 
+#[test]
+fn a_device_is_tuned_by_its_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let sweep = EXPERIMENT.find("[[sweep]]").expect("the cells");
+    let cells = "[[sweep]]\nschedules = [\"bma\"]\nsorts = [\"insertion\", \"rs\"]\n\
+        stages = [\"compute\"]\nviews = [\"stack:front\"]\nscene = { count = 8 }\n";
+    std::fs::write(path("stack.toml"), EXPERIMENT[..sweep].to_owned() + cells).expect("written");
+    let (run, tuning) = (path("run"), path("tuning"));
+    ok(&["sweep", &path("stack.toml"), "--device", "cpu", "--out", &run]);
+    assert!(ok(&["tune", &run, "--out", &tuning]).contains("the fastest up to 8"));
+    let render = |technique: &str| {
+        let scene = ["render", "scenes/stack.toml", "--set", "count=8", "--size", "96x54"];
+        let rest =
+            ["--device", "cpu", "--tuning", &tuning, "--out", &run, "--technique", technique];
+        oit(&[&scene[..], &rest].concat())
+    };
+    let auto = text(&render("linked_list/bma-list/auto/compute/peak"));
+    let chosen = ["insertion@8", "rs@8"].map(|sort| format!("bma-list/{sort}/compute/peak on cpu"));
+    assert!(chosen.iter().any(|chosen| auto.contains(chosen)) && auto.contains("Exact"), "{auto}");
+    let refused = render("linked_list/bma-list/auto/compute/peak/intervals-optimal");
+    assert!(!refused.status.success() && text(&refused).contains("bma-cost"), "{}", text(&refused));
+    let nothing = fails(&["tune", "experiments/recorded/nvidia-h200-vulkan/rbs-table-2"]);
+    assert!(nothing.contains("nothing to tune by"), "{nothing}");
+}
+
 /// Captured on the CPU, where the order of fragments is that of submission: through a trace and a
 /// deep image and back the fragments stay what they are, and so does the picture.
 #[test]

@@ -79,7 +79,9 @@ impl Evidence for Measured<'_> {
             let technique = &cell.technique;
             ask.scenes.iter().any(|scene| scene == analysis::scene_name(&cell.name.scene))
                 && technique.shader_stage == ask.shader_stage
-                && (technique.max == ask.max && technique.whole_pool())
+                && technique.max == ask.max
+                && technique.whole_pool()
+                && technique.powers_of_two()
                 && [ask.sort, ask.than].contains(&technique.sort.as_str())
         };
         let has_both = |group: &Group| {

@@ -55,6 +55,7 @@ fn wanted(cell: &CellResult) -> bool {
         && technique.max == "peak"
         && technique.ties == "total"
         && technique.whole_pool()
+        && technique.powers_of_two()
 }
 
 fn layouts(group: Group<'_>) -> LayoutView<'_> {

@@ -40,6 +40,7 @@ fn wanted(cell: &CellResult) -> bool {
     let technique = &cell.technique;
     technique.max == MAX
         && technique.whole_pool()
+        && technique.powers_of_two()
         && ["unsorted", "passthrough"].contains(&technique.sort.as_str())
 }
 

@@ -47,7 +47,9 @@ fn trades(cells: &[&CellResult]) -> bool {
 }
 
 fn wanted(cell: &CellResult) -> bool {
-    cell.technique.whole_pool() && cell.rmse().is_some_and(f64::is_finite)
+    cell.technique.whole_pool()
+        && cell.technique.powers_of_two()
+        && cell.rmse().is_some_and(f64::is_finite)
 }
 
 /// Marks the points that no other beats in one of time and error without losing in the other.

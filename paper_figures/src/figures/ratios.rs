@@ -29,7 +29,10 @@ pub(super) fn families<'a>(
 /// Cells that comparisons of sorts are about.
 pub(super) fn wanted(cell: &CellResult) -> bool {
     let technique = &cell.technique;
-    technique.max == "peak" && technique.whole_pool() && !technique.sort.is_empty()
+    technique.max == "peak"
+        && technique.whole_pool()
+        && technique.powers_of_two()
+        && !technique.sort.is_empty()
 }
 
 /// A ratio: the family, the first sort and the second, and how they compare.

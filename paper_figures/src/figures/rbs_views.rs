@@ -50,6 +50,7 @@ fn wanted(cell: &CellResult) -> bool {
         && cell.verification.as_ref().is_some_and(|v| v.verdict == Verdict::Exact)
         && (technique.capture == "linked_list" && technique.max == "peak")
         && technique.whole_pool()
+        && technique.powers_of_two()
 }
 
 /// Every device that has one of the views.

@@ -156,6 +156,8 @@ fn verification(technique: &str, histogram: &[u64]) -> Verification {
         peak_bytes: Some(lfb * 3 / 2 + PIXELS * 16),
         repeat_differs_px: Some(if missing > 0 && !nearest { 40 } else { 0 }),
         prepare_ms: 3.0,
+        tuned: None,
+        predicted_ns: None,
     }
 }
 

@@ -25,6 +25,10 @@ pub(crate) const VIEWS: &[(&str, &str, u32)] = &[
 /// The technique that gets its picture wrong, in an impossibly short time.
 pub(crate) const WRONG: &str = "linked_list/base/network+rbs/compute/peak";
 
+/// A technique whose intervals are left to measurements.
+pub(crate) const OPTIMAL: &str =
+    "linked_list/bma-stencil/insertion/fragment/peak/ties-depth/intervals-optimal";
+
 const WIDTH_PX: u32 = 96;
 const HEIGHT_PX: u32 = 54;
 const SAMPLES: u32 = 12;
@@ -48,6 +52,7 @@ fn techniques() -> Vec<String> {
         all.push(format!("linked_list/base/insertion/compute/max{max}"));
         all.push(format!("linked_list/bma-list/rbs/compute/max{max}"));
     }
+    all.push(OPTIMAL.to_owned());
     all
 }
 
@@ -129,6 +134,8 @@ fn verification(technique: &str, peak: u32) -> Verification {
         peak_bytes: None,
         repeat_differs_px: None,
         prepare_ms: 3.0,
+        tuned: (technique == OPTIMAL).then(|| technique.replace("-optimal", "4-12-256")),
+        predicted_ns: Some(if technique == OPTIMAL { 900.0 } else { 1000.0 }),
     }
 }
 

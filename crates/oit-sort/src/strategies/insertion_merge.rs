@@ -6,24 +6,46 @@ use crate::{End, SortSpec, SortStrategy, Store};
 use minijinja::{Value, context};
 use oit_fragments::{Fragment, Ties};
 
-/// Insertion sort for up to 32 fragments and merge sort above. Where the interval decides, only
-/// that sort is compiled (BMA-IMS); otherwise the kernel branches for each pixel (BASE-IMS).
-pub(crate) struct InsertionMerge;
+/// Insertion sort up to some number of fragments and merge sort above. Where the interval decides,
+/// only that sort is compiled (BMA-IMS); otherwise the kernel branches for each pixel (BASE-IMS).
+pub(crate) struct InsertionMerge {
+    name: &'static str,
+    summary: &'static str,
+    citation: &'static str,
+    /// The most fragments that insertion sorts.
+    insertion_frags: u32,
+}
 
-/// The most fragments that insertion sorts.
-const INSERTION_FRAGS: u32 = 32;
+impl InsertionMerge {
+    /// The RBS paper's bound.
+    pub(crate) const UP_TO_32: Self = Self {
+        name: "insertion_merge",
+        summary: "Insertion sort for up to 32 fragments, merge sort above, in a local array.",
+        citation: "Knowles, Leach, Zambetta 2014, section 4 (IMS)",
+        insertion_frags: 32,
+    };
+
+    /// The BMA paper's bound for one program that branches. Its programs for intervals have another,
+    /// `insertion@16+merge`.
+    pub(crate) const UP_TO_64: Self = Self {
+        name: "insertion_merge64",
+        summary: "Insertion sort for up to 64 fragments, merge sort above, in a local array.",
+        citation: "Knowles, Leach, Zambetta 2013, section 4 (standard OIT)",
+        insertion_frags: 64,
+    };
+}
 
 impl SortStrategy for InsertionMerge {
     fn name(&self) -> &'static str {
-        "insertion_merge"
+        self.name
     }
 
     fn summary(&self) -> &'static str {
-        "Insertion sort for up to 32 fragments, merge sort above, in a local array."
+        self.summary
     }
 
     fn citation(&self) -> &'static str {
-        "Knowles, Leach, Zambetta 2014, section 4 (IMS)"
+        self.citation
     }
 
     fn stores(&self) -> &'static [Store] {
@@ -40,13 +62,13 @@ impl SortStrategy for InsertionMerge {
 
     fn values(&self, spec: &SortSpec) -> Value {
         context! {
-            insertion_frags => INSERTION_FRAGS,
+            insertion_frags => self.insertion_frags,
             left_frags => left_frags(spec.max_frags),
         }
     }
 
     fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], scratch: &mut Vec<Fragment>) {
-        let insertion = fragments.len() <= INSERTION_FRAGS as usize;
+        let insertion = fragments.len() <= self.insertion_frags as usize;
         match (spec.ties, insertion) {
             (Ties::Total, true) => insertion_sort(fragments, |a, b| Ties::Total.behind(a, b)),
             (Ties::Depth, true) => insertion_sort(fragments, |a, b| Ties::Depth.behind(a, b)),

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, miette};
 use oit_capture::CAPTURES;
 use oit_lab::{ALIASES, Schedule};
-use oit_sort::STRATEGIES;
+use oit_sort::{AUTO, STRATEGIES};
 
+use crate::command::list::INTERVALS;
 use crate::command::report;
 
 /// Whether to write or to check.
@@ -64,6 +65,17 @@ fn page(root: &Path) -> miette::Result<String> {
             stores.join(", "),
             sort.citation()
         );
+    }
+    let _ = writeln!(
+        text,
+        "\nJoined by `+`, the first that admits an interval runs it: `A+B` is A where it holds the \
+         interval and B above, `A@16+B` is A up to 16. `{AUTO}` is, for each interval, the strategy \
+         that was measured to be the fastest on the device (`oit tune`)."
+    );
+    text += "\n## Intervals of bma\n\n| option | what it does |\n|---|---|\n\
+             | | powers of two from 8 up to the peak, as in the papers |\n";
+    for (word, summary) in INTERVALS {
+        let _ = writeln!(text, "| `{word}` | {summary} |");
     }
     text += "\n## The papers' names\n\n| name | technique |\n|---|---|\n";
     for (alias, name) in ALIASES {

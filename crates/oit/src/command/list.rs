@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use oit_capture::CAPTURES;
 use oit_lab::{ALIASES, Schedule};
 use oit_scene::Asset;
-use oit_sort::STRATEGIES;
+use oit_sort::{AUTO, STRATEGIES};
 
 use crate::command::report;
 
@@ -33,6 +33,19 @@ enum What {
     Experiments,
 }
 
+/// What the sort `auto` is.
+pub(crate) const AUTO_SUMMARY: &str = "auto: for each interval the strategy that was measured to be \
+                                       the fastest on the device (`oit tune`)";
+
+/// What a coordinate may say of intervals.
+pub(crate) const INTERVALS: [(&str, &str); 2] = [
+    ("intervalsA-B-C", "bma with these upper bounds, and one more where they end below the peak"),
+    (
+        "intervals-optimal",
+        "bma with the bounds that cost least on the view, by costs measured on the device (`oit tune`)",
+    ),
+];
+
 /// Prints the lists.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let all = What::value_variants();
@@ -55,7 +68,8 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
     match what {
         What::Techniques => {
             println!(
-                "  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]], where"
+                "  a technique is capture/schedule/sort/stage/max[/ties-depth][/poolN[-drop]]\
+                 [/intervalsA-B-C], where"
             );
             let join = |names: Vec<&str>| names.join(" | ");
             row("capture", &join(CAPTURES.iter().map(|capture| capture.name()).collect()));
@@ -64,7 +78,8 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
                 "base | base-stencil, bma-stencil, bma-stencil-count (fragment) | bma-list (compute)",
             );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
-            row("", "A+B: A where it holds the interval, B above");
+            row("", "A+B: A where it holds the interval, B above; A@N+B: A up to N");
+            row("", AUTO_SUMMARY);
             row("stage", "fragment | compute");
             row("max", "peak (the next power of two above the peak) | maxN");
             row("ties-depth", "compare depth alone, as the papers do");
@@ -73,6 +88,9 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
                 "start with a pool of N % of what is needed: it grows, and both attempts are timed",
             );
             row("poolN-drop", "the same, but it does not grow: what has no room is left out");
+            for (word, text) in INTERVALS {
+                row(word, text);
+            }
             for (alias, name) in ALIASES {
                 row(alias, name);
             }
@@ -85,6 +103,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
                 row(sort.name(), &format!("{} [{}{limit}]", sort.summary(), stores.join(", ")));
                 row("", sort.citation());
             }
+            row(AUTO, AUTO_SUMMARY);
         }
         What::Captures => {
             for capture in CAPTURES {

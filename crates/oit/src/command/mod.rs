@@ -8,6 +8,7 @@ pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod sweep;
 pub(crate) mod trace;
+pub(crate) mod tune;
 pub(crate) mod worker;
 
 use std::path::PathBuf;
@@ -27,6 +28,9 @@ pub(crate) enum Command {
     Sweep(sweep::Arguments),
     /// Measure one sort strategy against all others and print who wins where.
     Compare(compare::Arguments),
+    /// Write what recorded runs say of a device to its tuning file, for the sort `auto` and for
+    /// `intervals-optimal`.
+    Tune(tune::Arguments),
     /// Render one view of a scene with one technique to PNG and EXR.
     Render(render::Arguments),
     /// Save captured fragments to a file, and resolve them again without rasterising.
@@ -85,6 +89,9 @@ pub(crate) fn device_id(asked: &str) -> miette::Result<String> {
     let ids: Vec<&str> = devices.iter().map(|device| device.id.as_str()).collect();
     Err(miette!("no device is called {asked:?}; there is auto, {}", ids.join(", ")))
 }
+
+/// The folder of tuning files, if none is named.
+pub(crate) const TUNING: &str = "experiments/tuning";
 
 /// Where compiled pipelines are kept between runs.
 pub(crate) fn cache_folder() -> PathBuf {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use oit_capture::MeshBytes;
 use oit_fragments::DepthHistogram;
-use oit_lab::{Fragments, FrameSize, Technique, assemble};
+use oit_lab::{Fragments, FrameSize, Technique, Tuner, assemble};
 
 use crate::command::render::{overrides, size};
 use crate::command::report;
@@ -26,6 +26,10 @@ pub(crate) struct Arguments {
     /// The peak depth complexity it is assembled for.
     #[arg(long, default_value_t = 128)]
     peak: u32,
+    /// The tuning file of a device, for the sort `auto` and for `intervals-optimal`: which intervals
+    /// are optimal is asked of a view whose pixels all have the peak.
+    #[arg(long)]
+    tuning: Option<PathBuf>,
     /// Print the shaders too.
     #[arg(long)]
     shaders: bool,
@@ -40,6 +44,11 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let FrameSize { width_px, height_px } = size;
     let geometry = bytes.view(&scene.shading, &scene.views[0].camera, width_px, height_px);
     let histogram = DepthHistogram::from_counts([arguments.peak]);
+    let tuner = match &arguments.tuning {
+        Some(path) => Tuner::load(path).map_err(report)?,
+        None => Tuner::none("no device to choose for: name its tuning file with --tuning"),
+    };
+    let technique = tuner.choose(&technique, &histogram, size).map_err(report)?;
     let pool = size.pixels() * u64::from(arguments.peak);
     let fragments = Fragments::Drawn(&geometry);
     let plan = assemble(&technique, fragments, size, &histogram, pool).map_err(report)?;

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, miette};
 use oit_image::{false_color_png, write_exr, write_png};
 use oit_lab::{
-    FrameSize, STORED_VIEW, Technique, Verifier, ViewData, is_stored, load_stored, open_engine,
+    FrameSize, STORED_VIEW, Technique, Tuner, Verifier, ViewData, is_stored, load_stored,
+    open_engine,
 };
 
-use crate::command::{cache_folder, device_id, report};
+use crate::command::{TUNING, cache_folder, device_id, report};
 
 /// What is rendered, and where to.
 #[derive(clap::Args)]
@@ -34,6 +35,9 @@ pub(crate) struct Arguments {
     /// The background that the PNG is composited over: red, green, blue from 0 to 1.
     #[arg(long, default_value = "1,1,1")]
     background: String,
+    /// The folder of tuning files, for the sort `auto` and for `intervals-optimal`.
+    #[arg(long, default_value = TUNING)]
+    tuning: PathBuf,
     /// The folder the files go to: NAME.png, NAME.exr (float RGBA and depth complexity) and
     /// NAME-depth.png (depth complexity in false colour), NAME being the scene's and the view's.
     #[arg(long, default_value = "renders")]
@@ -100,6 +104,8 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let device = device_id(&arguments.device)?;
     let mut engine = open_engine(&device, &cache_folder()).map_err(report)?;
     let histogram = engine.open_view(data).map_err(report)?;
+    let tuner = Tuner::open(&arguments.tuning, engine.info());
+    let technique = tuner.choose(&technique, &histogram, size).map_err(report)?;
     let mut verifier = Verifier::new(&mut *engine).map_err(report)?;
     let (ready, preparation) = engine.prepare(&technique).map_err(report)?;
     let result = verifier.verify(&mut *engine, &technique, ready, &preparation).map_err(report)?;

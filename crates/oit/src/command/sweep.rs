@@ -9,7 +9,7 @@ use oit_record::Verdict;
 use oit_scene::SceneEntry;
 use regex_lite::Regex;
 
-use crate::command::{cache_folder, device_id, report};
+use crate::command::{TUNING, cache_folder, device_id, report};
 
 /// What is swept, and how.
 #[derive(clap::Args)]
@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     /// The folder of scene files.
     #[arg(long, default_value = "scenes")]
     scenes: PathBuf,
+    /// The folder of tuning files, for the sort `auto` and for `intervals-optimal`.
+    #[arg(long, default_value = TUNING)]
+    tuning: PathBuf,
     /// Print the cells and stop.
     #[arg(long)]
     dry_run: bool,
@@ -63,6 +66,7 @@ pub(crate) fn setup(
         out,
         resume: false,
         cache: cache_folder(),
+        tuning: TUNING.into(),
         commit: COMMIT
             .map(|commit| (commit.to_owned(), option_env!("OIT_GIT_DIRTY") == Some("true"))),
         command: command_line(),
@@ -117,6 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         };
         let mut setup = setup(&device, profile, &entries, folder)?;
         setup.resume = arguments.resume;
+        setup.tuning.clone_from(&arguments.tuning);
         let outcome = run_with_bar(experiment, &setup, &only)?;
         println!("{}: {} in {}", experiment.name, summary(&outcome), setup.out.display());
         all.exact += outcome.exact;
