@@ -1,13 +1,14 @@
 //! The sort coordinate of a technique: which strategy, in which store, for which interval.
 
 use crate::nearest::{did_you_mean, nearest};
-use crate::{STRATEGIES, SortStrategy, Store, UnknownStrategy, strategy};
+use crate::{STRATEGIES, SortStrategy, Store, UnknownStrategy, store_name, strategy};
 use std::fmt;
 use std::str::FromStr;
 
 /// One strategy or several, written `name[-store]` joined by `+`: an interval runs the first of
 /// them whose limit admits its `max_frags`. `network+rbs` sorts with `network` up to 64 fragments
-/// and with `rbs` above.
+/// and with `rbs` above; `insertion-workgroup+insertion` sorts in workgroup memory as long as it has
+/// room.
 #[derive(Clone)]
 pub struct SortChoice {
     parts: Vec<(&'static dyn SortStrategy, Store)>,
@@ -35,9 +36,9 @@ pub enum ChoiceError {
     #[error("sort {part:?} is never reached: {before:?} before it already holds as many fragments")]
     Unreachable {
         /// The part that is never reached.
-        part: &'static str,
+        part: String,
         /// The one before it.
-        before: &'static str,
+        before: String,
     },
 }
 
@@ -78,11 +79,12 @@ impl SortChoice {
         max_frags: u32,
     ) -> Result<(&'static dyn SortStrategy, Store), SortLimit> {
         let admits = |part: &&(&'static dyn SortStrategy, Store)| {
-            part.0.limit().is_none_or(|limit| max_frags <= limit)
+            part.0.limit_in(part.1).is_none_or(|limit| max_frags <= limit)
         };
         self.parts.iter().find(admits).copied().ok_or_else(|| {
-            let limit = |&(strategy, _): &(&'static dyn SortStrategy, Store)| {
-                strategy.limit().map(|limit| format!("{} holds {limit}", strategy.name()))
+            let limit = |&(strategy, store): &(&'static dyn SortStrategy, Store)| {
+                let limit = strategy.limit_in(store)?;
+                Some(format!("{} holds {limit}", store_name(strategy, store)))
             };
             let limits: Vec<String> = self.parts.iter().filter_map(limit).collect();
             SortLimit { choice: self.to_string(), max_frags, limits: limits.join(", ") }
@@ -116,14 +118,15 @@ impl FromStr for SortChoice {
                     })?
                 }
             };
-            if let Some((before, _)) = parts.last() {
-                let more = match (before.limit(), strategy.limit()) {
+            if let Some(&(before, before_store)) = parts.last() {
+                let more = match (before.limit_in(before_store), strategy.limit_in(store)) {
                     (None, _) => false,
                     (Some(_), None) => true,
                     (Some(before), Some(this)) => this > before,
                 };
                 if !more {
-                    let (part, before) = (strategy.name(), before.name());
+                    let part = store_name(strategy, store);
+                    let before = store_name(before, before_store);
                     return Err(ChoiceError::Unreachable { part, before });
                 }
             }
@@ -133,17 +136,14 @@ impl FromStr for SortChoice {
     }
 }
 
-/// Canonical: a store is named only where the strategy has several.
+/// Canonical: a store is named only where it is not the strategy's first.
 impl fmt::Display for SortChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (strategy, store)) in self.parts.iter().enumerate() {
             if i > 0 {
                 f.write_str("+")?;
             }
-            f.write_str(strategy.name())?;
-            if strategy.stores().len() > 1 {
-                write!(f, "-{}", store.name())?;
-            }
+            f.write_str(&store_name(*strategy, *store))?;
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ impl SortStrategy for InsertionMerge {
     }
 
     fn summary(&self) -> &'static str {
-        "Insertion sort for up to 32 fragments, merge sort above, in a local array."
+        "Insertion sort for up to 32 fragments, merge sort above, in an array."
     }
 
     fn citation(&self) -> &'static str {
@@ -27,7 +27,12 @@ impl SortStrategy for InsertionMerge {
     }
 
     fn stores(&self) -> &'static [Store] {
-        &[Store::Local]
+        &[Store::Local, Store::Workgroup]
+    }
+
+    fn array_frags(&self, max_frags: u32) -> u32 {
+        let left = if max_frags > INSERTION_FRAGS { left_frags(max_frags) } else { 0 };
+        max_frags.saturating_add(left)
     }
 
     fn blends_from(&self) -> End {

@@ -64,7 +64,10 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
                 "base | base-stencil, bma-stencil, bma-stencil-count (fragment) | bma-list (compute)",
             );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
-            row("", "A+B: A where it holds the interval, B above");
+            row(
+                "",
+                "A+B: A where it holds the interval, B above; A-STORE: another store than its first",
+            );
             row("stage", "fragment | compute");
             row("max", "peak (the next power of two above the peak) | maxN");
             row("ties-depth", "compare depth alone, as the papers do");
@@ -79,10 +82,15 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
         }
         What::Sorts => {
             for sort in STRATEGIES {
-                let stores: Vec<&str> = sort.stores().iter().map(|store| store.name()).collect();
-                let limit =
-                    sort.limit().map_or_else(String::new, |limit| format!(", up to {limit}"));
-                row(sort.name(), &format!("{} [{}{limit}]", sort.summary(), stores.join(", ")));
+                let stores: Vec<String> = sort
+                    .stores()
+                    .iter()
+                    .map(|&store| match sort.limit_in(store) {
+                        Some(limit) => format!("{}, up to {limit}", store.name()),
+                        None => store.name().to_owned(),
+                    })
+                    .collect();
+                row(sort.name(), &format!("{} [{}]", sort.summary(), stores.join("; ")));
                 row("", sort.citation());
             }
         }
