@@ -1,4 +1,5 @@
-//! Backwards memory allocation: intervals, and the passes that group pixels by depth complexity.
+//! Backwards memory allocation: intervals, the passes that group pixels by depth complexity, and the
+//! probe of what an array costs.
 //!
 //! Knowles, Leach and Zambetta, "Backwards Memory Allocation and Improved OIT", Pacific Graphics
 //! 2013. A sorting array sized for the deepest pixel slows every pixel; so pixels are grouped by
@@ -6,10 +7,12 @@
 
 mod intervals;
 mod list;
+mod probe;
 mod stencil;
 
 pub use intervals::{BadIntervals, Interval, Intervals};
 pub use list::{ListGrouping, list_grouping};
+pub use probe::{ArrayProbe, ProbeAccess, ProbePlace};
 pub use stencil::{MOST_COUNTED, count_drawn, counted, mark, mask_pass, masked, stencil_target};
 
 /// What is grouped.

@@ -269,7 +269,7 @@ fn a_stencil_counts_as_far_as_it_goes() {
 }
 
 /// Where an interval's program has another workgroup than 64 invocations, its dispatch must have so
-/// many more workgroups; here six intervals have four sizes, and the last runs another store.
+/// many more workgroups: at 250 fragments these have 16 and 8.
 #[test]
 fn intervals_are_dispatched_by_the_workgroups_of_their_programs() {
     for id in devices() {
