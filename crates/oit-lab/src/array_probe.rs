@@ -325,7 +325,7 @@ mod tests {
         let unset = full(ProbeAccess::Unset, ProbePlace::WorkgroupCompute);
         assert_eq!(unset, [1, 8, 16, 24, 32]);
         let quick = sizes(ProfileName::Quick, touched, ProbePlace::LocalCompute);
-        assert_eq!((quick[..3].to_vec(), quick.len()), (vec![1, 8, 16], 33));
+        assert_eq!((quick[..3].to_vec(), quick.len()), (vec![1, 16, 32], 17));
     }
 
     #[test]
