@@ -1,5 +1,6 @@
 //! The figures and tables there are, one file each.
 
+mod bma_figure_3;
 mod bma_figure_5;
 mod bma_intervals;
 mod compare;
@@ -55,6 +56,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &bma_figure_3::BmaFigure3,
     &bma_figure_5::BmaFigure5,
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{VIEWS, WRONG, lfb, write_counts, write_run};
+use synthetic::{VIEWS, WRONG, lfb, probe, write_counts, write_run};
 
 const DEVICE: &str = "test device";
 
@@ -17,6 +17,7 @@ fn one_device(root: &Path) -> Tables {
     let run = write_run(root, "run", DEVICE);
     write_counts(&run);
     lfb::write_runs(&root.join("lfb"), DEVICE);
+    probe::write_run(&root.join("probe"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -301,6 +302,31 @@ fn figures_20_11_and_20_12_tell_size_from_depth() {
     // Depths at another size are no line of resolve time against depth.
     let depths = FIGURES.iter().find(|figure| figure.name() == "sort-depths").unwrap();
     assert!(depths.draw(&tables).unwrap().is_empty());
+}
+
+#[test]
+fn an_array_s_time_is_over_that_of_one_entry() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = one_device(root.path());
+    let output = drawn("bma-figure-3", &tables);
+    let over = |form: &str, store: &str, stage: &str, entries: &str| {
+        let line = [("form", form), ("store", store), ("shader_stage", stage)];
+        let named = [&line[..], &[("entries", entries)]].concat();
+        field(&output, &named, "over_size_1").parse::<f64>().unwrap()
+    };
+    assert_eq!(over("array-probe", "workgroup", "compute", "1"), 1.0);
+    let deepest = over("array-probe", "workgroup", "compute", "32");
+    assert!((deepest - probe::slowdown(32) as f64).abs() < 0.01, "{deepest}");
+    assert!((over("array-probe-unset", "local", "fragment", "32") - 1.0).abs() < 0.01);
+    // The probe is no technique, and in no figure of techniques.
+    let others = draw_all(&tables).into_iter().filter(|other| other.name != output.name);
+    for other in others {
+        assert!(!other.csv.text().contains("array-probe"), "{}", other.name);
+    }
+    let verdicts = claims::verdicts(&tables).unwrap();
+    let verdict = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    assert_eq!(verdict("bma-local-memory-occupancy").word(), "does not hold");
+    assert_eq!(verdict("bma-on-chip-memory-occupancy").word(), "holds");
 }
 
 #[test]

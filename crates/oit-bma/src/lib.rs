@@ -1,4 +1,5 @@
-//! Backwards memory allocation: intervals, and the passes that group pixels by depth complexity.
+//! Backwards memory allocation: intervals, the passes that group pixels by depth complexity, and the
+//! probe of what an array costs.
 //!
 //! Knowles, Leach and Zambetta, "Backwards Memory Allocation and Improved OIT", Pacific Graphics
 //! 2013. A sorting array sized for the deepest pixel slows every pixel; so pixels are grouped by
@@ -8,12 +9,14 @@ mod cost;
 mod intervals;
 mod list;
 mod optimum;
+mod probe;
 mod stencil;
 
 pub use cost::{ArrayCost, BadCost, CostModel, CostPoint};
 pub use intervals::{BadIntervals, Interval, Intervals, MOST_INTERVALS};
 pub use list::{ListGrouping, list_grouping};
 pub use optimum::{NoOptimum, optimal_intervals};
+pub use probe::{ArrayProbe, ProbeAccess, ProbePlace};
 pub use stencil::{MOST_COUNTED, count_drawn, counted, mark, mask_pass, masked, stencil_target};
 
 /// What is grouped.

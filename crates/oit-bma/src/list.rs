@@ -32,12 +32,24 @@ impl ListGrouping {
     }
 }
 
-/// Groups pixels into one list an interval. Each list has room for every pixel, so that no counting
+/// Groups pixels into one list an interval, and dispatches a workgroup for every so many of them as
+/// `pixels_per_workgroup` says of the interval. Each list has room for every pixel, so that no counting
 /// pass is needed first.
+///
+/// # Panics
+/// Where there are not as many numbers as intervals, or one is 0.
 #[must_use]
-pub fn list_grouping(request: &GroupRequest, intervals: &Intervals) -> ListGrouping {
+pub fn list_grouping(
+    request: &GroupRequest,
+    intervals: &Intervals,
+    pixels_per_workgroup: &[u32],
+) -> ListGrouping {
+    assert_eq!(pixels_per_workgroup.len(), intervals.len(), "one an interval");
+    assert!(pixels_per_workgroup.iter().all(|&pixels| pixels > 0), "a workgroup of no pixels");
     let pixels = request.width_px * request.height_px;
     let n = intervals.len() as u32;
+    let sizes = pixels_per_workgroup.iter().map(|pixels| format!("{pixels}u"));
+    let sizes = sizes.collect::<Vec<_>>().join(", ");
     let inner = intervals.iter().take(intervals.len() - 1);
     let interval = inner.map(|i| format!(" + u32(count > {}u)", i.high)).collect::<String>();
     let compact = format!(
@@ -90,7 +102,9 @@ fn main(
 
 @compute @workgroup_size({n})
 fn main(@builtin(local_invocation_index) list: u32) {{
-    let groups = (group_counts[list] + 63u) / 64u;
+    var pixels_per_workgroup = array<u32, {n}>({sizes});
+    let pixels = pixels_per_workgroup[list];
+    let groups = (group_counts[list] + pixels - 1u) / pixels;
     let x = clamp(groups, 1u, {MAX_WORKGROUPS_X}u);
     group_args[3u * list] = min(groups, x);
     group_args[3u * list + 1u] = (groups + x - 1u) / x;

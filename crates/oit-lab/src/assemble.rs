@@ -10,7 +10,7 @@ use oit_gpu::{
     Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,
     Shader, Target,
 };
-use oit_sort::{Entry, Layout, Output, Program, SortSpec, workgroups};
+use oit_sort::{Entry, Layout, Output, Program, SortSpec, store_name, workgroups};
 
 use crate::technique::{DEEPEST, IntervalChoice, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
 use crate::{CellError, FrameSize};
@@ -111,7 +111,13 @@ fn list_passes(
     }
     let intervals = intervals(technique, peak)?;
     let count_wgsl = technique.capture.count_wgsl();
-    let grouping = list_grouping(&group_request(&count_wgsl, size), &intervals);
+    let mut pixels_per_workgroup = Vec::with_capacity(intervals.len());
+    for interval in intervals.iter() {
+        let (strategy, spec) = sort_spec(technique, interval)?;
+        pixels_per_workgroup.push(strategy.pixels_per_workgroup(&spec));
+    }
+    let group = group_request(&count_wgsl, size);
+    let grouping = list_grouping(&group, &intervals, &pixels_per_workgroup);
     let uppers = intervals.iter().map(|interval| interval.high).collect();
     let lists = Lists { firsts: grouping.firsts.clone(), uppers };
     Ok(Some((grouping, lists)))
@@ -248,7 +254,9 @@ pub fn assemble(
             } else {
                 for interval in intervals.iter() {
                     let shader = program(technique, interval, Entry::Pixels, size)?;
-                    let all = Dispatch::Workgroups(workgroups(size.pixels()));
+                    let (strategy, spec) = sort_spec(technique, interval)?;
+                    let each = strategy.pixels_per_workgroup(&spec);
+                    let all = Dispatch::Workgroups(workgroups(size.pixels(), each));
                     plan.passes.push(Pass::compute("resolve", shader, all));
                 }
             }
@@ -296,7 +304,8 @@ fn program(
         height_px: size.height_px,
     };
     let wgsl = program.wgsl().map_err(|error| CellError::Unsupported(error.to_string()))?;
-    let label = format!("resolve: {} for {} to {}", strategy.name(), interval.low, interval.high);
+    let sort = store_name(strategy, spec.store);
+    let label = format!("resolve: {sort} for {} to {}", interval.low, interval.high);
     Ok(Shader::new(label, wgsl))
 }
 

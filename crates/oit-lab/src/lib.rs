@@ -3,6 +3,7 @@
 //! The harness knows no technique by name: captures, sorts and schedules are registries, a
 //! technique is a point on their axes, and a cell is a technique on one view of a scene.
 
+mod array_probe;
 mod assemble;
 mod cpu_engine;
 mod engine;
@@ -18,6 +19,7 @@ mod tuning;
 mod verify;
 mod worker;
 
+pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
 pub use cpu_engine::cpu_info;
 pub use engine::{

@@ -181,16 +181,19 @@ pub fn run(
     Ok(outcome)
 }
 
-fn open_record(
-    experiment: &Experiment,
+/// What `run.json` says of a run that starts now.
+pub(crate) fn run_of(
     setup: &Setup,
-    cells: &[PlannedCell],
     device: &DeviceInfo,
-) -> Result<(RunWriter, Record), RunError> {
-    let run = Run {
+    experiment: &str,
+    experiment_toml: &str,
+    seed: u64,
+    cells: Vec<Cell>,
+) -> Run {
+    Run {
         schema: SCHEMA_VERSION,
-        experiment: experiment.name.clone(),
-        experiment_toml: experiment.toml.clone(),
+        experiment: experiment.to_owned(),
+        experiment_toml: experiment_toml.to_owned(),
         profile: setup.profile.name().into(),
         device: device.clone(),
         host: provenance::host(),
@@ -198,10 +201,21 @@ fn open_record(
         git_commit: setup.commit.as_ref().map(|(commit, _)| commit.clone()),
         git_dirty: setup.commit.as_ref().map(|(_, dirty)| *dirty),
         command: setup.command.clone(),
-        seed: experiment.seed,
+        seed,
         started: provenance::now(),
-        cells: cells.iter().map(|cell| cell.cell.clone()).collect(),
-    };
+        cells,
+    }
+}
+
+fn open_record(
+    experiment: &Experiment,
+    setup: &Setup,
+    cells: &[PlannedCell],
+    device: &DeviceInfo,
+) -> Result<(RunWriter, Record), RunError> {
+    let cells = cells.iter().map(|cell| cell.cell.clone()).collect();
+    let Experiment { name, toml, seed, .. } = experiment;
+    let run = run_of(setup, device, name, toml, *seed, cells);
     if !setup.resume || !setup.out.join("run.json").exists() {
         let writer = RunWriter::create(&setup.out, &run)?;
         return Ok((writer, Record { folder: setup.out.clone(), run, events: Vec::new() }));
@@ -660,9 +674,9 @@ pub fn samples_by_cell(record: &Record) -> HashMap<usize, HashMap<String, Vec<f6
 #[must_use]
 pub fn default_folder(
     root: &Path,
-    experiment: &Experiment,
+    experiment: &str,
     device: &str,
     profile: ProfileName,
 ) -> PathBuf {
-    root.join(format!("{}-{}-{}", experiment.name, device.replace(':', "-"), profile.name()))
+    root.join(format!("{experiment}-{}-{}", device.replace(':', "-"), profile.name()))
 }

@@ -500,6 +500,7 @@ mod tests {
             "linked_list/base/insertion/fragment/peak",
             "linked_list/bma-stencil/rbs/fragment/max512",
             "linearized/bma-list/network+rbs/compute/peak/ties-depth",
+            "linked_list/bma-list/insertion-workgroup+merge/compute/peak",
             "linearized/base/passthrough/compute/max8/pool50",
             "linearized/base-stencil/insertion/fragment/peak/ties-depth/pool100-drop",
             "linked_list/bma-stencil-count/rbs/fragment/peak",

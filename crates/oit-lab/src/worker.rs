@@ -106,8 +106,28 @@ struct Worker {
     spent: Spent,
 }
 
-fn ms(started: Instant) -> f64 {
+/// Milliseconds since then.
+pub(crate) fn ms(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
+}
+
+/// Clocks rise under load: runs rounds, each of which gives its nanoseconds, until they stop getting
+/// faster, for ten times the given time at most; none where that is 0.
+pub(crate) fn until_warm<E>(
+    at_least_ms: u64,
+    mut round: impl FnMut() -> Result<u64, E>,
+) -> Result<(), E> {
+    let started = Instant::now();
+    let mut last_ns = u64::MAX;
+    while at_least_ms > 0 && ms(started) < 10.0 * at_least_ms as f64 {
+        let round_ns = round()?;
+        let falling = round_ns as f64 <= 0.99 * last_ns as f64;
+        last_ns = round_ns;
+        if !falling && ms(started) >= at_least_ms as f64 {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Answers requests from standard input on standard output until it ends.
@@ -299,22 +319,14 @@ impl Worker {
         Ok(Reply::Sampled { stages_ns: stages_ns.collect(), total_ns: timing.total_ns })
     }
 
-    /// Clocks rise under load: rounds are run until they stop getting faster, for ten times the
-    /// given time at most.
     fn warm_up(&mut self, cells: &[usize], at_least_ms: u64) -> Result<Reply, CellError> {
-        let started = Instant::now();
-        let mut last_ns = u64::MAX;
-        while at_least_ms > 0 && ms(started) < 10.0 * at_least_ms as f64 {
+        until_warm(at_least_ms, || {
             let mut round_ns = 0;
             for &cell in cells {
                 round_ns += self.run(cell)?.total_ns;
             }
-            let falling = round_ns as f64 <= 0.99 * last_ns as f64;
-            last_ns = round_ns;
-            if !falling && ms(started) >= at_least_ms as f64 {
-                break;
-            }
-        }
+            Ok::<u64, CellError>(round_ns)
+        })?;
         Ok(Reply::Done)
     }
 }

@@ -1,5 +1,5 @@
-//! Every sort strategy's kernel against its CPU twin, on every GPU there is: both tie rules, every
-//! count from 0 to 257 and about each interval's edge, every pattern, pixels deeper than the array.
+//! Every sort strategy's kernel, in every store, against its CPU twin, on every GPU there is: both tie
+//! rules, every count from 0 to 257 and about each interval's edge, every pattern, pixels deeper than the array.
 
 mod support;
 
@@ -9,8 +9,8 @@ use oit_bma::{Interval, Intervals};
 use oit_fragments::{Fragment, Ties};
 use oit_gpu::{Buffer, Device, Dispatch, Pass, Plan, Shader};
 use oit_sort::{
-    End, Entry, Layout, Output, Program, STRATEGIES, Scratch, SortSpec, SortStrategy, patterns,
-    sorted, workgroups,
+    End, Entry, Layout, Output, Program, STRATEGIES, Scratch, SortSpec, SortStrategy, Store,
+    patterns, sorted, store_name, workgroups,
 };
 
 /// Fragments given as they are: what a strategy reads in a test.
@@ -71,7 +71,8 @@ fn emitted(
         height_px: 1,
     };
     let shader = Shader::new(strategy.name(), program.wgsl().expect("it assembles"));
-    let groups = Dispatch::Workgroups(workgroups(pixels.len() as u64));
+    let groups = workgroups(pixels.len() as u64, strategy.pixels_per_workgroup(&spec));
+    let groups = Dispatch::Workgroups(groups);
     let plan = Plan {
         name: format!("{} {spec:?}", strategy.name()),
         buffers: vec![
@@ -134,10 +135,10 @@ fn deepest(device: &dyn Device) -> u32 {
     if device.info().name.contains("llvmpipe") { 256 } else { 512 }
 }
 
-fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy) {
+fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy, store: Store) {
     let mut scratch = Scratch::default();
     for interval in Intervals::powers_of_two(deepest(device)).iter() {
-        if strategy.limit().is_some_and(|limit| interval.high > limit) {
+        if strategy.limit_in(store).is_some_and(|limit| interval.high > limit) {
             continue;
         }
         for ties in Ties::ALL {
@@ -147,7 +148,7 @@ fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy) {
                 let base = form == 1;
                 let random_access = !base;
                 let min_frags = if base { 0 } else { interval.low };
-                let (max_frags, store) = (interval.high, strategy.stores()[0]);
+                let max_frags = interval.high;
                 let spec = SortSpec { min_frags, max_frags, ties, store };
                 let pixels = pixels(interval, base);
                 let found = emitted(device, strategy, spec, random_access, &pixels);
@@ -168,8 +169,10 @@ fn every_kernel_sorts_as_its_twin() {
         let cache = support::cache();
         let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
         for strategy in STRATEGIES {
-            conforms(&mut *device, *strategy);
-            println!("{id}: {} conforms", strategy.name());
+            for &store in strategy.stores() {
+                conforms(&mut *device, *strategy, store);
+                println!("{id}: {} conforms", store_name(*strategy, store));
+            }
         }
     }
 }

@@ -12,7 +12,7 @@ use oit_lab::{
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
-use oit_sort::SortChoice;
+use oit_sort::{STRATEGIES, SortChoice, store_name};
 
 /// Small, and no multiple of a workgroup or a tile.
 const SIZE: FrameSize = FrameSize { width_px: 61, height_px: 37 };
@@ -49,6 +49,14 @@ fn stack(count: u32, size: FrameSize) -> ViewData {
     ViewData::new(&scene, &view, size).expect("its view")
 }
 
+/// Every sort alone, in each of its stores.
+fn all_sorts() -> Vec<SortChoice> {
+    let stores = STRATEGIES
+        .iter()
+        .flat_map(|strategy| strategy.stores().iter().map(|&store| store_name(*strategy, store)));
+    stores.map(|sort| sort.parse().expect("a sort")).collect()
+}
+
 /// Every technique with the first capture, and every capture with a few sorts: what a capture leaves
 /// is compared fragment by fragment, so that a sort need not meet them all.
 fn all_techniques() -> Vec<Technique> {
@@ -57,7 +65,7 @@ fn all_techniques() -> Vec<Technique> {
         .into();
     let mut techniques = Vec::new();
     for (place, &capture) in CAPTURES.iter().enumerate() {
-        let sorts = if place == 0 { SortChoice::all() } else { few.clone() };
+        let sorts = if place == 0 { all_sorts() } else { few.clone() };
         let all_ties = if place == 0 { &Ties::ALL[..] } else { &[Ties::Total] };
         for (schedule, ..) in Schedule::ALL {
             for sort in &sorts {
@@ -259,6 +267,34 @@ fn a_stencil_counts_as_far_as_it_goes() {
                 assert!(reason.contains("255") && reason.contains("257"), "{reason}");
             }
         }
+    }
+}
+
+/// Where an interval's program has another workgroup than 64 invocations, its dispatch must have so
+/// many more workgroups: at 250 fragments these have 16 and 8.
+#[test]
+fn intervals_are_dispatched_by_the_workgroups_of_their_programs() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        engine.open_view(stack(250, SIZE)).expect("the view opens");
+        for name in [
+            "linked_list/bma-list/insertion-workgroup/compute/peak",
+            "linked_list/base/merge-workgroup/compute/peak",
+            "linearized/bma-list/insertion_merge-workgroup/compute/peak",
+            "linked_list/bma-list/rs+insertion-workgroup/compute/peak",
+        ] {
+            let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+            let technique: Technique = name.parse().expect("a technique");
+            let result = verify(&mut *engine, &mut verifier, &technique).expect("supported");
+            assert_eq!(result.verdict, Verdict::Exact, "{id} {name}: {:?}", result.note);
+        }
+        let technique = "linked_list/base/merge-workgroup/fragment/peak".parse();
+        let Err(CellError::Unsupported(reason)) = engine.prepare(&technique.expect("a technique"))
+        else {
+            panic!("a fragment shader has no workgroup");
+        };
+        assert!(id == "cpu" || reason.contains("no workgroup"), "{reason}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! The sort coordinate of a technique: which strategy, in which store, for which interval.
 
 use crate::nearest::{did_you_mean, nearest};
-use crate::{STRATEGIES, SortStrategy, Store, UnknownStrategy, strategy};
+use crate::{STRATEGIES, SortStrategy, Store, UnknownStrategy, store_name, strategy};
 use std::fmt;
 use std::str::FromStr;
 
@@ -35,7 +35,7 @@ impl SortPart {
     /// The largest `max_frags` it is run for; `None` if there is no limit.
     #[must_use]
     pub fn limit(&self) -> Option<u32> {
-        self.most.or(self.strategy.limit())
+        self.most.or(self.strategy.limit_in(self.store))
     }
 
     /// Its strategy with its store: what a program is made of, whatever it is chosen for.
@@ -83,7 +83,7 @@ impl FromStr for SortPart {
         let Some(word) = most else { return Ok(Self { strategy, store, most: None }) };
         let bad = || ChoiceError::Most { strategy: strategy.name(), most: word.to_owned() };
         let most = Self::parse_most(word).ok_or_else(bad)?;
-        match strategy.limit() {
+        match strategy.limit_in(store) {
             Some(limit) if most > limit => {
                 Err(ChoiceError::BeyondLimit { strategy: strategy.name(), most, limit })
             }
@@ -93,14 +93,11 @@ impl FromStr for SortPart {
     }
 }
 
-/// Canonical: a store is named only where the strategy has several, a bound only where it is below
-/// the strategy's own.
+/// Canonical: a store is named only where it is not the strategy's first, a bound only where it is
+/// below the strategy's own.
 impl fmt::Display for SortPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.strategy.name())?;
-        if self.strategy.stores().len() > 1 {
-            write!(f, "-{}", self.store.name())?;
-        }
+        f.write_str(&store_name(self.strategy, self.store))?;
         match self.most {
             Some(most) => write!(f, "@{most}"),
             None => Ok(()),
@@ -151,9 +148,9 @@ pub enum ChoiceError {
     #[error("sort {part:?} is never reached: {before:?} before it already holds as many fragments")]
     Unreachable {
         /// The part that is never reached.
-        part: &'static str,
+        part: String,
         /// The one before it.
-        before: &'static str,
+        before: String,
     },
 }
 
@@ -194,7 +191,8 @@ impl SortChoice {
                 (Some(before), Some(this)) => this > before,
             };
             if !more {
-                let (part, before) = (pair[1].strategy.name(), pair[0].strategy.name());
+                let name = |part: &SortPart| store_name(part.strategy, part.store);
+                let (part, before) = (name(&pair[1]), name(&pair[0]));
                 return Err(ChoiceError::Unreachable { part, before });
             }
         }
@@ -226,8 +224,8 @@ impl SortChoice {
             return Ok((part.strategy, part.store));
         }
         let limit = |part: &SortPart| {
-            let name = part.strategy.name();
-            match (part.most, part.strategy.limit()) {
+            let name = store_name(part.strategy, part.store);
+            match (part.most, part.limit()) {
                 (Some(most), _) => Some(format!("{name} is chosen up to {most}")),
                 (None, limit) => limit.map(|limit| format!("{name} holds {limit}")),
             }

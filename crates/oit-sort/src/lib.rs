@@ -10,6 +10,7 @@ mod program;
 mod resolve;
 mod strategies;
 mod strategy;
+mod workgroup_memory;
 
 pub use choice::{AUTO, ChoiceError, SortChoice, SortLimit, SortPart};
 pub use program::{
@@ -17,4 +18,5 @@ pub use program::{
 };
 pub use resolve::{Scratch, composite, resolve, sorted};
 pub use strategies::{STRATEGIES, UnknownStrategy, strategy};
-pub use strategy::{End, SortSpec, SortStrategy, Store};
+pub use strategy::{End, SortSpec, SortStrategy, Store, store_name};
+pub use workgroup_memory::{LEAST_INVOCATIONS, WORKGROUP_BYTES};

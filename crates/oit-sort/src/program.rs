@@ -1,6 +1,6 @@
 //! Assembles a resolve program: layout, strategy and entry point, to WGSL.
 
-use crate::{STRATEGIES, SortSpec, SortStrategy};
+use crate::{STRATEGIES, SortSpec, SortStrategy, Store, store_name};
 use minijinja::{Environment, UndefinedBehavior, context};
 use std::fmt::Write as _;
 
@@ -43,8 +43,8 @@ pub enum Entry {
     /// As a full-screen triangle's fragment shader (`vs`, `fs`), early tests forced so that a
     /// stencil can mask it; writes `@location(0)`.
     Fragment,
-    /// As a compute shader over all pixels in rows (`main`, 64 invocations a workgroup, workgroups
-    /// in x and y); writes the buffer `image`.
+    /// As a compute shader over all pixels in rows (`main`, as many invocations a workgroup as the
+    /// strategy says, workgroups in x and y); writes the buffer `image`.
     Pixels,
     /// As a compute shader over a list of pixels: `group_pixels[first + i]` for `i` below
     /// `group_counts[list]`; writes the buffer `image`.
@@ -66,17 +66,19 @@ pub enum Output {
     Emit,
 }
 
-/// Invocations of a workgroup of a compute program, in one dimension.
+/// Invocations of a workgroup of a compute program, in one dimension, unless the strategy says
+/// otherwise.
 pub const INVOCATIONS: u32 = 64;
 
 /// The most workgroups in x; further ones go into y. Below every device's limit of 65,535.
 pub const MAX_WORKGROUPS_X: u32 = 32_768;
 
-/// The workgroups (x, y, z) that give each of `items` pixels an invocation of a compute program.
-/// Surplus invocations end at once. An indirect dispatch must be made by the same rule.
+/// The workgroups (x, y, z) of a compute program for `items` pixels, of which each takes
+/// `pixels_per_workgroup` ([`SortStrategy::pixels_per_workgroup`]). Surplus invocations end at once.
+/// An indirect dispatch must be made by the same rule.
 #[must_use]
-pub fn workgroups(items: u64) -> [u32; 3] {
-    let groups = items.div_ceil(u64::from(INVOCATIONS));
+pub fn workgroups(items: u64, pixels_per_workgroup: u32) -> [u32; 3] {
+    let groups = items.div_ceil(u64::from(pixels_per_workgroup.max(1)));
     let x = groups.min(u64::from(MAX_WORKGROUPS_X));
     let y = groups.div_ceil(u64::from(MAX_WORKGROUPS_X)).max(1);
     [x as u32, u32::try_from(y).unwrap_or(u32::MAX), 1]
@@ -88,8 +90,8 @@ pub enum ProgramError {
     /// The strategy holds fewer fragments.
     #[error("sort {strategy:?} holds at most {limit} fragments, not {max_frags}")]
     TooManyFrags {
-        /// The strategy.
-        strategy: &'static str,
+        /// The strategy and its store.
+        strategy: String,
         /// Fragments asked for.
         max_frags: u32,
         /// Fragments it holds at most.
@@ -122,6 +124,12 @@ pub enum ProgramError {
         width_px: u32,
         /// Rows.
         height_px: u32,
+    },
+    /// Fragment shaders have no workgroup.
+    #[error("sort {strategy:?} runs in the compute stage only: a fragment shader has no workgroup")]
+    WorkgroupInFragment {
+        /// The strategy and its store.
+        strategy: String,
     },
     /// Emitting is for compute entries.
     #[error("a fragment shader cannot emit fragments: use a compute entry")]
@@ -159,12 +167,16 @@ impl Program<'_> {
         if max_frags == 0 || min_frags > max_frags {
             return Err(ProgramError::Range { strategy, min_frags, max_frags });
         }
-        if let Some(limit) = self.strategy.limit().filter(|&limit| max_frags > limit) {
-            return Err(ProgramError::TooManyFrags { strategy, max_frags, limit });
-        }
         if !self.strategy.stores().contains(&store) {
             let stores = self.strategy.stores().iter().map(|store| store.name()).collect();
             return Err(ProgramError::Store { strategy, store: store.name(), stores });
+        }
+        let named = || store_name(self.strategy, store);
+        if let Some(limit) = self.strategy.limit_in(store).filter(|&limit| max_frags > limit) {
+            return Err(ProgramError::TooManyFrags { strategy: named(), max_frags, limit });
+        }
+        if store == Store::Workgroup && self.entry == Entry::Fragment {
+            return Err(ProgramError::WorkgroupInFragment { strategy: named() });
         }
         if self.width_px.checked_mul(self.height_px).is_none() {
             let (width_px, height_px) = (self.width_px, self.height_px);
@@ -206,7 +218,7 @@ impl Program<'_> {
             values => self.strategy.values(spec),
             emit => self.output == Output::Emit,
             entry, list, first,
-            invocations => INVOCATIONS,
+            invocations => self.strategy.invocations(spec),
             width => self.width_px,
             pixels => self.width_px * self.height_px,
         };

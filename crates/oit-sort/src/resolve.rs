@@ -19,7 +19,8 @@ pub fn sorted<'a>(
     fragments: &[Fragment],
     scratch: &'a mut Scratch,
 ) -> &'a [Fragment] {
-    debug_assert!(strategy.limit().is_none_or(|limit| spec.max_frags <= limit), "beyond its limit");
+    let limit = strategy.limit_in(spec.store);
+    debug_assert!(limit.is_none_or(|limit| spec.max_frags <= limit), "beyond its limit");
     let taken = fragments.len().min(spec.max_frags as usize);
     scratch.fragments.clear();
     scratch.fragments.extend_from_slice(&fragments[..taken]);

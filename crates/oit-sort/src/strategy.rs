@@ -1,5 +1,7 @@
 //! What a sort strategy is.
 
+use crate::INVOCATIONS;
+use crate::workgroup_memory::{LEAST_INVOCATIONS, invocations_with_room, most_frags};
 use minijinja::Value;
 use oit_fragments::{Fragment, Ties};
 use std::fmt;
@@ -25,6 +27,33 @@ pub trait SortStrategy: Sync {
     /// The largest `max_frags` it can be compiled for; `None` if it has no limit of its own.
     fn limit(&self) -> Option<u32> {
         None
+    }
+
+    /// Fragments that its arrays hold in all where it is compiled for up to `max_frags`.
+    fn array_frags(&self, max_frags: u32) -> u32 {
+        max_frags
+    }
+
+    /// The largest `max_frags` it can be compiled for with its arrays in this store; `None` if there
+    /// is no limit. Workgroup memory has room for so many.
+    fn limit_in(&self, store: Store) -> Option<u32> {
+        let room = (store == Store::Workgroup).then(|| most_frags(|n| self.array_frags(n)));
+        self.limit().into_iter().chain(room).min()
+    }
+
+    /// Invocations of a workgroup of its compute programs, in one dimension. They are fewer where
+    /// workgroup memory would have no room for the arrays of more.
+    fn invocations(&self, spec: &SortSpec) -> u32 {
+        let room = || invocations_with_room(self.array_frags(spec.max_frags));
+        match spec.store {
+            Store::Workgroup => room().unwrap_or(LEAST_INVOCATIONS),
+            _ => INVOCATIONS,
+        }
+    }
+
+    /// Pixels that a workgroup of its compute programs resolves: one an invocation.
+    fn pixels_per_workgroup(&self, spec: &SortSpec) -> u32 {
+        self.invocations(spec)
     }
 
     /// Whether its output is in order at all. `false` only for what sorting is measured against.
@@ -76,7 +105,7 @@ pub struct SortSpec {
 pub enum Store {
     /// An array of the function, indexed at run time.
     Local,
-    /// Workgroup (shared) memory.
+    /// Workgroup (shared) memory, in compute programs only.
     Workgroup,
     /// Variables, never indexed at run time.
     Registers,
@@ -101,6 +130,18 @@ impl Store {
             Self::Global => "global",
             Self::None => "none",
         }
+    }
+}
+
+/// A strategy with its store as names have it: the store is written only where it is not the
+/// strategy's first.
+#[must_use]
+pub fn store_name(strategy: &dyn SortStrategy, store: Store) -> String {
+    let name = strategy.name();
+    if strategy.stores().first() == Some(&store) {
+        name.to_owned()
+    } else {
+        format!("{name}-{}", store.name())
     }
 }
 

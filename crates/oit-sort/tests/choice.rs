@@ -24,7 +24,8 @@ fn every_strategy_alone_reads_back() {
             let text = format!("{}-{}", strategy.name(), store.name());
             let choice: SortChoice = text.parse().unwrap();
             assert_eq!(choice.parts()[0].store, *store);
-            let shown = if strategy.stores().len() > 1 { &text } else { strategy.name() };
+            let is_default = *store == strategy.stores()[0];
+            let shown = if is_default { strategy.name() } else { &text };
             assert_eq!(choice.to_string(), *shown);
         }
     }
@@ -79,6 +80,20 @@ fn auto_stands_alone_and_names_no_strategy() {
 }
 
 #[test]
+fn workgroup_memory_holds_so_many_and_another_store_takes_over() {
+    let choice: SortChoice = "insertion-workgroup+insertion-local".parse().unwrap();
+    assert_eq!(choice.to_string(), "insertion-workgroup+insertion");
+    let runs = |max_frags| choice.for_max_frags(max_frags).unwrap().1;
+    assert_eq!((runs(8), runs(512)), (Store::Workgroup, Store::Workgroup));
+    assert_eq!((runs(513), runs(4096)), (Store::Local, Store::Local));
+    let choice: SortChoice = "merge-workgroup".parse().unwrap();
+    assert_eq!(
+        choice.for_max_frags(512).unwrap_err().to_string(),
+        "sort merge-workgroup cannot hold 512 fragments: merge-workgroup holds 256"
+    );
+}
+
+#[test]
 fn mistakes_are_named_with_what_was_meant() {
     let message = |text: &str| text.parse::<SortChoice>().unwrap_err().to_string();
     assert!(message("netwrok").starts_with(
@@ -94,8 +109,20 @@ fn mistakes_are_named_with_what_was_meant() {
     for text in ["rbs@", "rbs@0", "rbs@x", "rbs@+8", "rbs@99999999999", "rbs@8@9"] {
         assert!(matches!(text.parse::<SortChoice>(), Err(ChoiceError::Most { .. })), "{text}");
     }
-    for text in ["insertion+rbs", "network+rs", "rs+rs", "merge@16+insertion@16", "rbs@64+network"]
-    {
+    // 512 fragments in workgroup memory, half of them with left runs beside them.
+    assert_eq!(
+        message("insertion-workgroup+merge-workgroup"),
+        "sort \"merge-workgroup\" is never reached: \"insertion-workgroup\" before it already holds as \
+         many fragments"
+    );
+    for text in [
+        "insertion+rbs",
+        "network+rs",
+        "rs+rs",
+        "merge@16+insertion@16",
+        "rbs@64+network",
+        "insertion+insertion-workgroup",
+    ] {
         assert!(matches!(text.parse::<SortChoice>(), Err(ChoiceError::Unreachable { .. })));
     }
     assert_eq!(strategy("insert").err().unwrap().nearest[0], "insertion");

@@ -38,6 +38,7 @@ fn every_strategy_sorts_every_pattern_of_every_count() {
             let fragments = pattern.fragments(n, seed + n as u64);
             for strategy in STRATEGIES {
                 for ties in Ties::ALL {
+                    // A twin has no store: one array stands for all.
                     for max_frags in max_frags(n, strategy.limit()) {
                         let store = strategy.stores()[0];
                         let spec = SortSpec { min_frags: 1, max_frags, ties, store };

@@ -4,7 +4,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use oit_fragments::Ties;
 use oit_sort::{
     Entry, Layout, Output, Program, ProgramError, STRATEGIES, SortSpec, SortStrategy, Store,
-    strategy, workgroups,
+    WORKGROUP_BYTES, store_name, strategy, workgroups,
 };
 
 /// Pixel p's fragments are `pool[starts[p]]` to `pool[starts[p + 1] - 1]`.
@@ -73,9 +73,6 @@ fn every_program_is_valid() {
     for strategy in STRATEGIES {
         let counts = [1, 2, 3, 8, 16, 20, 31, 32, 33, 64, 65, 100, 128, 256, 1024];
         for max_frags in counts {
-            if strategy.limit().is_some_and(|limit| max_frags > limit) {
-                continue;
-            }
             for ties in Ties::ALL {
                 for (i, (entry, output)) in entries.into_iter().enumerate() {
                     let min_frags = [0, 1, max_frags / 2 + 1, max_frags][i % 4];
@@ -84,6 +81,12 @@ fn every_program_is_valid() {
                     (program.spec.ties, program.entry, program.output) = (ties, entry, output);
                     for &store in strategy.stores() {
                         program.spec.store = store;
+                        let too_deep = strategy.limit_in(store).is_some_and(|l| max_frags > l);
+                        let misplaced = store == Store::Workgroup && entry == Entry::Fragment;
+                        if too_deep || misplaced {
+                            assert!(program.wgsl().is_err());
+                            continue;
+                        }
                         validate(&program.wgsl().unwrap());
                     }
                 }
@@ -92,11 +95,44 @@ fn every_program_is_valid() {
     }
 }
 
-/// One small instance of each strategy; `rbs` needs more than a block to be itself.
+/// What a program declares in workgroup memory is what its strategy reckons with, and no more than
+/// every device has; and its workgroup has the invocations that it is dispatched by.
+#[test]
+fn arrays_in_workgroup_memory_fit() {
+    let mut declared_any = 0;
+    for strategy in STRATEGIES.iter().filter(|s| s.stores().contains(&Store::Workgroup)) {
+        let limit = strategy.limit_in(Store::Workgroup).unwrap();
+        for max_frags in [1, 8, 32, 33, 64, 65, 100, 128, 256, 341, 512] {
+            let mut program = program(*strategy, 1, max_frags.min(limit));
+            program.spec.store = Store::Workgroup;
+            let module = naga::front::wgsl::parse_str(&program.wgsl().unwrap()).unwrap();
+            let arrays = module.global_variables.iter();
+            let arrays = arrays.filter(|(_, var)| var.space == naga::AddressSpace::WorkGroup);
+            let bytes: u32 =
+                arrays.map(|(_, var)| module.types[var.ty].inner.size(module.to_ctx())).sum();
+            let invocations = strategy.invocations(&program.spec);
+            let frags = strategy.array_frags(program.spec.max_frags);
+            assert_eq!(bytes, 8 * frags * invocations, "{strategy:?} {:?}", program.spec);
+            assert!(bytes <= WORKGROUP_BYTES && invocations >= 8);
+            // Twice as many would not fit, or are more than there are in any workgroup.
+            assert!(invocations == 64 || 2 * bytes > WORKGROUP_BYTES);
+            assert_eq!(module.entry_points[0].workgroup_size, [invocations, 1, 1]);
+            assert_eq!(strategy.pixels_per_workgroup(&program.spec), invocations);
+            declared_any += bytes;
+        }
+    }
+    assert!(declared_any > 0);
+}
+
+/// One small instance of each strategy in each store; `rbs` needs more than a block to be itself.
 #[test]
 fn small_programs_are_as_kept() {
     for strategy in STRATEGIES {
-        insta::assert_snapshot!(strategy.name(), program(*strategy, 1, 4).wgsl().unwrap());
+        for &store in strategy.stores() {
+            let mut program = program(*strategy, 1, 4);
+            program.spec.store = store;
+            insta::assert_snapshot!(store_name(*strategy, store), program.wgsl().unwrap());
+        }
     }
     insta::assert_snapshot!("rbs_two_blocks", {
         program(strategy("rbs").unwrap(), 33, 40).wgsl().unwrap()
@@ -104,6 +140,9 @@ fn small_programs_are_as_kept() {
     insta::assert_snapshot!("insertion_merge_branch", {
         program(strategy("insertion_merge").unwrap(), 1, 40).wgsl().unwrap()
     });
+    let mut workgroup = program(strategy("insertion_merge").unwrap(), 1, 40);
+    workgroup.spec.store = Store::Workgroup;
+    insta::assert_snapshot!("insertion_merge_branch_workgroup", workgroup.wgsl().unwrap());
     let mut fragment = program(strategy("network").unwrap(), 2, 3);
     fragment.layout.random_access = false;
     fragment.spec.ties = Ties::Depth;
@@ -126,6 +165,14 @@ fn specs_that_make_no_kernel_are_refused() {
     let mut bad = program(rs, 1, 8);
     bad.spec.store = Store::Workgroup;
     assert_eq!(message(&bad), "sort \"rs\" has no store \"workgroup\"; it has registers");
+    let merge = strategy("merge").unwrap();
+    let mut bad = program(merge, 1, 257);
+    bad.spec.store = Store::Workgroup;
+    assert_eq!(message(&bad), "sort \"merge-workgroup\" holds at most 256 fragments, not 257");
+    bad.spec.max_frags = 256;
+    bad.entry = Entry::Fragment;
+    let text = message(&bad);
+    assert!(text.starts_with("sort \"merge-workgroup\" runs in the compute stage only"), "{text}");
     let mut bad = program(rs, 1, 8);
     (bad.width_px, bad.height_px) = (1 << 16, 1 << 16);
     assert_eq!(message(&bad), "65536x65536 pixels are more than a kernel can count");
@@ -136,14 +183,17 @@ fn specs_that_make_no_kernel_are_refused() {
 
 #[test]
 fn workgroups_cover_all_items() {
-    assert_eq!(workgroups(0), [0, 1, 1]);
-    assert_eq!(workgroups(1), [1, 1, 1]);
-    assert_eq!(workgroups(65), [2, 1, 1]);
-    assert_eq!(workgroups(64 * 32_768), [32_768, 1, 1]);
-    assert_eq!(workgroups(64 * 32_768 + 1), [32_768, 2, 1]);
+    assert_eq!(workgroups(0, 64), [0, 1, 1]);
+    assert_eq!(workgroups(1, 64), [1, 1, 1]);
+    assert_eq!(workgroups(65, 64), [2, 1, 1]);
+    assert_eq!(workgroups(64 * 32_768, 64), [32_768, 1, 1]);
+    assert_eq!(workgroups(64 * 32_768 + 1, 64), [32_768, 2, 1]);
+    assert_eq!(workgroups(65, 8), [9, 1, 1]);
     for items in [1u64, 63, 64, 2_073_600, 3840 * 2160, u64::from(u32::MAX)] {
-        let [x, y, z] = workgroups(items);
-        assert!(u64::from(x) * u64::from(y) * u64::from(z) * 64 >= items);
-        assert!(x <= 32_768 && y <= 65_535);
+        for pixels in [8, 16, 32, 64] {
+            let [x, y, z] = workgroups(items, pixels);
+            assert!(u64::from(x) * u64::from(y) * u64::from(z) * u64::from(pixels) >= items);
+            assert!(x <= 32_768 && y <= 65_535);
+        }
     }
 }

@@ -23,6 +23,7 @@ fn main() -> miette::Result<()> {
         Command::Render(arguments) => command::render::run(&arguments),
         Command::Trace(arguments) => command::trace::run(&arguments),
         Command::Plan(arguments) => command::plan::run(&arguments),
+        Command::Probe(arguments) => command::probe::run(&arguments),
         Command::Generate(arguments) => command::generate::run(&arguments),
         Command::Worker => command::worker::run(),
     }

@@ -175,7 +175,11 @@ pub(crate) fn grouping(
     let uppers = vec![2, 5, 9];
     let intervals = Intervals::from_uppers(uppers.clone()).expect("rising bounds");
     let count_wgsl = &capture.count_wgsl();
-    let grouping = list_grouping(&GroupRequest { count_wgsl, width_px, height_px }, &intervals);
+    let grouping = list_grouping(
+        &GroupRequest { count_wgsl, width_px, height_px },
+        &intervals,
+        &vec![64; intervals.len()],
+    );
     let lists = Lists { firsts: grouping.firsts.clone(), uppers };
     (grouping, lists)
 }

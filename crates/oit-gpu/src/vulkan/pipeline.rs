@@ -329,3 +329,41 @@ fn spirv(
     let words = spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))?;
     Ok(sample_mask::as_array(&leave_arrays_unset(&words)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::words::instructions;
+    use super::*;
+    use crate::Shader;
+
+    const OP_VARIABLE: u32 = 59;
+    const OP_CONTROL_BARRIER: u32 = 224;
+
+    /// Zeros in workgroup memory are an initializer, or stores of all invocations and a barrier.
+    fn zeros(words: &[u32]) -> usize {
+        let is_zeroing = |&(opcode, words): &(u32, &[u32])| {
+            opcode == OP_CONTROL_BARRIER || (opcode == OP_VARIABLE && words.len() == 5)
+        };
+        instructions(words).filter(is_zeroing).count()
+    }
+
+    #[test]
+    fn workgroup_memory_is_not_zeroed() {
+        let shader = Shader::new(
+            "workgroup.wgsl",
+            "@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+             var<workgroup> list: array<u32, 4096>;
+             @compute @workgroup_size(64) fn main(@builtin(local_invocation_index) lane: u32) {
+                 list[lane] = out[lane];
+                 out[lane] = list[lane];
+             }",
+        );
+        let reflection = Reflection::new(&shader).expect("valid");
+        let words = spirv(&reflection, naga::ShaderStage::Compute, "main").expect("SPIR-V");
+        assert_eq!(zeros(&words), 0);
+        // naga would.
+        let zeroed = spv::Options::default();
+        let zeroed = spv::write_vec(&reflection.module, &reflection.info, &zeroed, None);
+        assert!(zeros(&zeroed.expect("SPIR-V")) > 0);
+    }
+}

@@ -1,9 +1,13 @@
-//! Insertion sort in a local array: the baseline of the papers.
+//! Insertion sort in an array: the baseline of the papers.
 
 use crate::{End, SortSpec, SortStrategy, Store};
 use oit_fragments::{Fragment, Ties};
 
-/// Reads all fragments into a local array and sorts it by insertion.
+/// Reads all fragments into an array and sorts it by insertion.
+///
+/// The array is one of the function, or one in workgroup memory, where the papers' local memory lay.
+/// There is no store `registers`: an insertion into registers is unrolled for every place, and that is
+/// [`super::rs`].
 pub(crate) struct Insertion;
 
 impl SortStrategy for Insertion {
@@ -12,7 +16,7 @@ impl SortStrategy for Insertion {
     }
 
     fn summary(&self) -> &'static str {
-        "Insertion sort in a local array: the baseline."
+        "Insertion sort in an array: the baseline."
     }
 
     fn citation(&self) -> &'static str {
@@ -20,7 +24,7 @@ impl SortStrategy for Insertion {
     }
 
     fn stores(&self) -> &'static [Store] {
-        &[Store::Local]
+        &[Store::Local, Store::Workgroup]
     }
 
     fn blends_from(&self) -> End {

@@ -20,7 +20,7 @@ impl InsertionMerge {
     /// The RBS paper's bound.
     pub(crate) const UP_TO_32: Self = Self {
         name: "insertion_merge",
-        summary: "Insertion sort for up to 32 fragments, merge sort above, in a local array.",
+        summary: "Insertion sort for up to 32 fragments, merge sort above, in an array.",
         citation: "Knowles, Leach, Zambetta 2014, section 4 (IMS)",
         insertion_frags: 32,
     };
@@ -29,7 +29,7 @@ impl InsertionMerge {
     /// `insertion@16+merge`.
     pub(crate) const UP_TO_64: Self = Self {
         name: "insertion_merge64",
-        summary: "Insertion sort for up to 64 fragments, merge sort above, in a local array.",
+        summary: "Insertion sort for up to 64 fragments, merge sort above, in an array.",
         citation: "Knowles, Leach, Zambetta 2013, section 4 (standard OIT)",
         insertion_frags: 64,
     };
@@ -49,7 +49,12 @@ impl SortStrategy for InsertionMerge {
     }
 
     fn stores(&self) -> &'static [Store] {
-        &[Store::Local]
+        &[Store::Local, Store::Workgroup]
+    }
+
+    fn array_frags(&self, max_frags: u32) -> u32 {
+        let left = if max_frags > self.insertion_frags { left_frags(max_frags) } else { 0 };
+        max_frags.saturating_add(left)
     }
 
     fn blends_from(&self) -> End {

@@ -1,10 +1,10 @@
-//! Bottom-up merge sort in a local array.
+//! Bottom-up merge sort in an array.
 
 use crate::{End, SortSpec, SortStrategy, Store};
 use minijinja::{Value, context};
 use oit_fragments::{Fragment, Ties};
 
-/// Reads all fragments into a local array and merges runs of 1, 2, 4, ... until one is left.
+/// Reads all fragments into an array and merges runs of 1, 2, 4, ... until one is left.
 ///
 /// Each merge first copies the left run aside and merges back in place, as the papers' own code
 /// (pknowles/oit) does: half the extra memory of two arrays used in turn, and local memory is what
@@ -18,7 +18,7 @@ impl SortStrategy for Merge {
     }
 
     fn summary(&self) -> &'static str {
-        "Bottom-up merge sort in a local array, with a second one for left runs."
+        "Bottom-up merge sort in an array, with a second one for left runs."
     }
 
     fn citation(&self) -> &'static str {
@@ -26,7 +26,11 @@ impl SortStrategy for Merge {
     }
 
     fn stores(&self) -> &'static [Store] {
-        &[Store::Local]
+        &[Store::Local, Store::Workgroup]
+    }
+
+    fn array_frags(&self, max_frags: u32) -> u32 {
+        max_frags.saturating_add(left_frags(max_frags))
     }
 
     fn blends_from(&self) -> End {

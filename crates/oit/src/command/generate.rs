@@ -55,7 +55,16 @@ fn page(root: &Path) -> miette::Result<String> {
     }
     text += "\n## Sorts\n\n| sort | what it does | stores | holds up to | source |\n|---|---|---|---|---|\n";
     for sort in STRATEGIES {
-        let stores: Vec<&str> = sort.stores().iter().map(|store| store.name()).collect();
+        let stores: Vec<String> = sort
+            .stores()
+            .iter()
+            .map(|&store| match sort.limit_in(store) {
+                Some(limit) if sort.limit() != Some(limit) => {
+                    format!("{} (up to {limit})", store.name())
+                }
+                _ => store.name().to_owned(),
+            })
+            .collect();
         let limit = sort.limit().map_or_else(|| "any".to_owned(), |limit| limit.to_string());
         let _ = writeln!(
             text,

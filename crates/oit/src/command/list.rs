@@ -79,6 +79,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
             row("", "A+B: A where it holds the interval, B above; A@N+B: A up to N");
+            row("", "A-STORE: in another store than its first");
             row("", AUTO_SUMMARY);
             row("stage", "fragment | compute");
             row("max", "peak (the next power of two above the peak) | maxN");
@@ -97,10 +98,15 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
         }
         What::Sorts => {
             for sort in STRATEGIES {
-                let stores: Vec<&str> = sort.stores().iter().map(|store| store.name()).collect();
-                let limit =
-                    sort.limit().map_or_else(String::new, |limit| format!(", up to {limit}"));
-                row(sort.name(), &format!("{} [{}{limit}]", sort.summary(), stores.join(", ")));
+                let stores: Vec<String> = sort
+                    .stores()
+                    .iter()
+                    .map(|&store| match sort.limit_in(store) {
+                        Some(limit) => format!("{}, up to {limit}", store.name()),
+                        None => store.name().to_owned(),
+                    })
+                    .collect();
+                row(sort.name(), &format!("{} [{}]", sort.summary(), stores.join("; ")));
                 row("", sort.citation());
             }
             row(AUTO, AUTO_SUMMARY);

@@ -5,6 +5,7 @@ pub(crate) mod devices;
 pub(crate) mod generate;
 pub(crate) mod list;
 pub(crate) mod plan;
+pub(crate) mod probe;
 pub(crate) mod render;
 pub(crate) mod sweep;
 pub(crate) mod trace;
@@ -38,6 +39,9 @@ pub(crate) enum Command {
     Trace(trace::Arguments),
     /// Print the plan of a technique on a view: its buffers, targets, passes, and shaders.
     Plan(plan::Arguments),
+    /// Measure what is no technique: what a sorting array costs by its size and place alone.
+    #[command(subcommand)]
+    Probe(probe::Arguments),
     /// Write the pages that are generated from the registries, or check that they are up to date.
     Generate(generate::Arguments),
     /// Serve a runner on standard input and output.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, miette};
-use oit_lab::{Experiment, Outcome, ProfileName, Progress, Setup};
+use oit_lab::{Experiment, Outcome, ProfileName, Progress, RunError, Setup};
 use oit_record::Verdict;
 use oit_scene::SceneEntry;
 use regex_lite::Regex;
@@ -117,7 +117,10 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         let folder = match &arguments.out {
             Some(out) if experiments.len() > 1 => out.join(&experiment.name),
             Some(out) => out.clone(),
-            None => oit_lab::default_folder(Path::new("runs"), experiment, &device, profile),
+            None => {
+                let root = Path::new("runs");
+                oit_lab::default_folder(root, &experiment.name, &device, profile)
+            }
         };
         let mut setup = setup(&device, profile, &entries, folder)?;
         setup.resume = arguments.resume;
@@ -142,16 +145,24 @@ pub(crate) fn run_with_bar(
     setup: &Setup,
     only: &dyn Fn(&str) -> bool,
 ) -> miette::Result<Outcome> {
+    with_bar(&experiment.name, setup, |progress| oit_lab::run(experiment, setup, only, progress))
+}
+
+/// Runs something that tells its progress under a bar, and prints what went wrong on the way.
+pub(crate) fn with_bar(
+    what: &str,
+    setup: &Setup,
+    run: impl FnOnce(&mut dyn FnMut(Progress)) -> Result<Outcome, RunError>,
+) -> miette::Result<Outcome> {
     let bar = ProgressBar::new(0);
     let style = "{msg:40!} {wide_bar} {pos}/{len} steps, {elapsed} gone, {eta} left";
     bar.set_style(ProgressStyle::with_template(style).into_diagnostic()?);
     let (mut cells, mut ended) = (0, 0);
-    oit_lab::run(experiment, setup, only, &mut |progress| match progress {
+    run(&mut |progress| match progress {
         Progress::Started { cells: count, groups, steps, done, device } => {
             cells = count;
             bar.println(format!(
-                "{}: {count} cells on {groups} views, {} ({}), {} profile",
-                experiment.name,
+                "{what}: {count} cells on {groups} views, {} ({}), {} profile",
                 device.name,
                 device.id,
                 setup.profile.name(),
