@@ -33,9 +33,18 @@ impl ListGrouping {
 }
 
 /// Groups pixels into one list an interval. Each list has room for every pixel, so that no counting
-/// pass is needed first.
+/// pass is needed first. A workgroup of an interval's resolve takes as many of its pixels as
+/// `per_workgroup` says for it.
+///
+/// # Panics
+/// Where `per_workgroup` is not as long as there are intervals.
 #[must_use]
-pub fn list_grouping(request: &GroupRequest, intervals: &Intervals) -> ListGrouping {
+pub fn list_grouping(
+    request: &GroupRequest,
+    intervals: &Intervals,
+    per_workgroup: &[u32],
+) -> ListGrouping {
+    assert_eq!(per_workgroup.len(), intervals.len(), "one number an interval");
     let pixels = request.width_px * request.height_px;
     let n = intervals.len() as u32;
     let inner = intervals.iter().take(intervals.len() - 1);
@@ -84,13 +93,17 @@ fn main(
 ",
         count_wgsl = request.count_wgsl,
     );
+    let per_workgroup: Vec<String> = per_workgroup.iter().map(|n| format!("{n}u")).collect();
+    let per_workgroup = per_workgroup.join(", ");
     let args = format!(
         r"@group(0) @binding(0) var<storage, read> group_counts: array<u32>;
 @group(0) @binding(1) var<storage, read_write> group_args: array<u32>;
 
 @compute @workgroup_size({n})
 fn main(@builtin(local_invocation_index) list: u32) {{
-    let groups = (group_counts[list] + 63u) / 64u;
+    // Pixels that a workgroup of each list's resolve takes.
+    var pixels = array<u32, {n}>({per_workgroup});
+    let groups = (group_counts[list] + pixels[list] - 1u) / pixels[list];
     let x = clamp(groups, 1u, {MAX_WORKGROUPS_X}u);
     group_args[3u * list] = min(groups, x);
     group_args[3u * list + 1u] = (groups + x - 1u) / x;

@@ -10,7 +10,7 @@ use oit_gpu::{
     Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,
     Shader, Target,
 };
-use oit_sort::{Entry, Layout, Output, Program, SortSpec, workgroups};
+use oit_sort::{Entry, Layout, Output, Program, SortSpec, pixels_per_workgroup, workgroups};
 
 use crate::technique::{DEEPEST, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
 use crate::{CellError, FrameSize};
@@ -102,7 +102,14 @@ fn list_passes(
     }
     let intervals = intervals(technique, peak)?;
     let count_wgsl = technique.capture.count_wgsl();
-    let grouping = list_grouping(&group_request(&count_wgsl, size), &intervals);
+    let per_workgroup: Vec<u32> = intervals
+        .iter()
+        .map(|interval| {
+            let (strategy, spec) = sort_spec(technique, interval)?;
+            Ok(pixels_per_workgroup(strategy, &spec))
+        })
+        .collect::<Result<_, CellError>>()?;
+    let grouping = list_grouping(&group_request(&count_wgsl, size), &intervals, &per_workgroup);
     let uppers = intervals.iter().map(|interval| interval.high).collect();
     let lists = Lists { firsts: grouping.firsts.clone(), uppers };
     Ok(Some((grouping, lists)))
@@ -239,7 +246,9 @@ pub fn assemble(
             } else {
                 for interval in intervals.iter() {
                     let shader = program(technique, interval, Entry::Pixels, size)?;
-                    let all = Dispatch::Workgroups(workgroups(size.pixels()));
+                    let (strategy, spec) = sort_spec(technique, interval)?;
+                    let per_workgroup = pixels_per_workgroup(strategy, &spec);
+                    let all = Dispatch::Workgroups(workgroups(size.pixels(), per_workgroup));
                     plan.passes.push(Pass::compute("resolve", shader, all));
                 }
             }

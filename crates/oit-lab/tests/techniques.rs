@@ -235,6 +235,48 @@ fn stored_fragments_are_resolved_as_drawn_ones() {
     }
 }
 
+/// Deep pixels of a list and of a layout with random access, whole and cut off, where the lanes of a subgroup share them.
+#[test]
+fn cooperating_lanes_resolve_deep_pixels() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let subgroup = engine.info().subgroup_size.map_or(0, |(min, _)| min);
+        engine.open_view(stack(100, SIZE)).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let mut ran = 0;
+        for capture in ["linked_list", "linearized"] {
+            for lanes in [4, 8, 16, 32] {
+                for (schedule, max_frags, verdict) in
+                    [("bma-list", "peak", Verdict::Exact), ("base", "max75", Verdict::Approximate)]
+                {
+                    let name =
+                        format!("{capture}/{schedule}/cooperative{lanes}/compute/{max_frags}");
+                    let technique: Technique = name.parse().expect("a technique");
+                    match verify(&mut *engine, &mut verifier, &technique) {
+                        Some(result) => {
+                            assert_eq!(result.verdict, verdict, "{id} {name}: {:?}", result.note);
+                            assert!(
+                                result.wrong_px > 0 || verdict == Verdict::Exact,
+                                "{id} {name}"
+                            );
+                            ran += 1;
+                        }
+                        None => assert!(lanes > subgroup && id != "cpu", "{id} {name}"),
+                    }
+                }
+            }
+        }
+        let fits = [4, 8, 16, 32].into_iter().filter(|&lanes| lanes <= subgroup || id == "cpu");
+        assert!(ran == 4 * fits.count(), "{id} ran {ran} cells");
+        let technique = "linked_list/base/cooperative4/fragment/peak".parse().expect("one");
+        let Err(CellError::Unsupported(reason)) = engine.prepare(&technique) else {
+            panic!("{id}: a fragment shader has one invocation to a pixel");
+        };
+        assert!(id == "cpu" || reason.contains("4 invocations to a pixel"), "{reason}");
+    }
+}
+
 /// Up to the interval that begins at 129, which takes pixels that a stencil of 8 bits cannot tell
 /// apart; not further.
 #[test]

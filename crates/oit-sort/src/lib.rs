@@ -13,7 +13,8 @@ mod strategy;
 
 pub use choice::{ChoiceError, SortChoice, SortLimit};
 pub use program::{
-    Entry, INVOCATIONS, Layout, MAX_WORKGROUPS_X, Output, Program, ProgramError, workgroups,
+    Entry, INVOCATIONS, Layout, MAX_WORKGROUPS_X, Output, Program, ProgramError,
+    pixels_per_workgroup, workgroups,
 };
 pub use resolve::{Scratch, composite, resolve, sorted};
 pub use strategies::{STRATEGIES, UnknownStrategy, strategy};

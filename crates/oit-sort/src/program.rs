@@ -72,11 +72,18 @@ pub const INVOCATIONS: u32 = 64;
 /// The most workgroups in x; further ones go into y. Below every device's limit of 65,535.
 pub const MAX_WORKGROUPS_X: u32 = 32_768;
 
-/// The workgroups (x, y, z) that give each of `items` pixels an invocation of a compute program.
-/// Surplus invocations end at once. An indirect dispatch must be made by the same rule.
+/// The pixels that a workgroup of a compute program takes: as many as it has invocations, or fewer
+/// where several share a pixel.
 #[must_use]
-pub fn workgroups(items: u64) -> [u32; 3] {
-    let groups = items.div_ceil(u64::from(INVOCATIONS));
+pub fn pixels_per_workgroup(strategy: &dyn SortStrategy, spec: &SortSpec) -> u32 {
+    INVOCATIONS / strategy.lanes(spec)
+}
+
+/// The workgroups (x, y, z) that together take `items` pixels, each [`pixels_per_workgroup`]. What
+/// is surplus in the last writes nothing. An indirect dispatch must be made by the same rule.
+#[must_use]
+pub fn workgroups(items: u64, per_workgroup: u32) -> [u32; 3] {
+    let groups = items.div_ceil(u64::from(per_workgroup));
     let x = groups.min(u64::from(MAX_WORKGROUPS_X));
     let y = groups.div_ceil(u64::from(MAX_WORKGROUPS_X)).max(1);
     [x as u32, u32::try_from(y).unwrap_or(u32::MAX), 1]
@@ -126,6 +133,14 @@ pub enum ProgramError {
     /// Emitting is for compute entries.
     #[error("a fragment shader cannot emit fragments: use a compute entry")]
     EmitFromFragment,
+    /// A subgroup sorts a pixel, and a fragment shader has an invocation for each.
+    #[error("sort {strategy:?} has {lanes} invocations to a pixel, and the fragment stage has one")]
+    FragmentStage {
+        /// The strategy.
+        strategy: &'static str,
+        /// Invocations that share a pixel.
+        lanes: u32,
+    },
     /// A template is at fault.
     #[error("the template of sort {strategy:?}, layout {layout:?}")]
     Template {
@@ -173,6 +188,10 @@ impl Program<'_> {
         if self.output == Output::Emit && self.entry == Entry::Fragment {
             return Err(ProgramError::EmitFromFragment);
         }
+        let lanes = self.strategy.lanes(&self.spec);
+        if lanes > 1 && self.entry == Entry::Fragment {
+            return Err(ProgramError::FragmentStage { strategy, lanes });
+        }
         Ok(())
     }
 
@@ -207,6 +226,8 @@ impl Program<'_> {
             emit => self.output == Output::Emit,
             entry, list, first,
             invocations => INVOCATIONS,
+            lanes => self.strategy.lanes(spec),
+            pixels_per_workgroup => pixels_per_workgroup(self.strategy, spec),
             width => self.width_px,
             pixels => self.width_px * self.height_px,
         };

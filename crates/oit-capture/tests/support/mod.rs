@@ -175,7 +175,8 @@ pub(crate) fn grouping(
     let uppers = vec![2, 5, 9];
     let intervals = Intervals::from_uppers(uppers.clone()).expect("rising bounds");
     let count_wgsl = &capture.count_wgsl();
-    let grouping = list_grouping(&GroupRequest { count_wgsl, width_px, height_px }, &intervals);
+    let request = GroupRequest { count_wgsl, width_px, height_px };
+    let grouping = list_grouping(&request, &intervals, &[64; 3]);
     let lists = Lists { firsts: grouping.firsts.clone(), uppers };
     (grouping, lists)
 }

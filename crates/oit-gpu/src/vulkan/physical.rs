@@ -242,6 +242,10 @@ fn limits(
         vertex_writes: features.vertex_pipeline_stores_and_atomics != 0,
         unclipped: features.depth_clamp != 0,
         features: Features { capabilities, subgroup_stages, subgroup_operations },
+        subgroup_size: (p13.min_subgroup_size, p13.max_subgroup_size),
+        chooses_subgroup_size: p13
+            .required_subgroup_size_stages
+            .contains(vk::ShaderStageFlags::COMPUTE),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The registry of sort strategies. Adding one: `docs/adding-a-sort.md`.
 
+mod cooperative;
 mod insertion;
 mod insertion_merge;
 mod merge;
@@ -22,6 +23,10 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &rs::Rs,
     &rbs::Rbs,
     &network::Network,
+    &cooperative::COOPERATIVE_4,
+    &cooperative::COOPERATIVE_8,
+    &cooperative::COOPERATIVE_16,
+    &cooperative::COOPERATIVE_32,
 ];
 
 /// No strategy has this name.
