@@ -48,7 +48,7 @@ fn the_first_part_that_admits_an_interval_runs_it() {
 fn mistakes_are_named_with_what_was_meant() {
     let message = |text: &str| text.parse::<SortChoice>().unwrap_err().to_string();
     assert!(message("netwrok").starts_with(
-        "unknown sort \"netwrok\" (did you mean network?); the sorts are passthrough, unsorted, insertion,"
+        "unknown sort \"netwrok\" (did you mean network or network_u64?); the sorts are passthrough, unsorted, insertion,"
     ));
     assert!(message("").starts_with("unknown sort \"\"; the sorts are"));
     assert!(message("rbs+").starts_with("unknown sort \"\""));

@@ -57,7 +57,8 @@ fn validate(wgsl: &str) {
     let wgsl = &wgsl.replace("enable subgroups;", "");
     let module = naga::front::wgsl::parse_str(wgsl)
         .unwrap_or_else(|error| panic!("{}\n{wgsl}", error.emit_to_string(wgsl)));
-    let capabilities = Capabilities::EARLY_DEPTH_TEST | Capabilities::SUBGROUP;
+    let capabilities =
+        Capabilities::EARLY_DEPTH_TEST | Capabilities::SUBGROUP | Capabilities::SHADER_INT64;
     let mut validator = Validator::new(ValidationFlags::all(), capabilities);
     validator
         .subgroup_stages(ShaderStages::COMPUTE)

@@ -5,6 +5,7 @@ mod insertion;
 mod insertion_merge;
 mod merge;
 mod network;
+mod network_u64;
 mod passthrough;
 mod rbs;
 mod rs;
@@ -23,6 +24,7 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &rs::Rs,
     &rbs::Rbs,
     &network::Network,
+    &network_u64::NetworkU64,
     &cooperative::COOPERATIVE_4,
     &cooperative::COOPERATIVE_8,
     &cooperative::COOPERATIVE_16,

@@ -17,7 +17,7 @@ pub(crate) struct Network;
 pub(super) type Comparator = (u8, u8);
 
 /// The most slots: two 32-bit registers each.
-const SLOTS: usize = 64;
+pub(super) const SLOTS: usize = 64;
 
 impl SortStrategy for Network {
     fn name(&self) -> &'static str {
