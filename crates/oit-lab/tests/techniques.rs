@@ -11,7 +11,7 @@ use oit_lab::{
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
-use oit_sort::SortChoice;
+use oit_sort::{STRATEGIES, SortChoice, SortSpec, SortStrategy};
 
 /// Small, and no multiple of a workgroup or a tile.
 const SIZE: FrameSize = FrameSize { width_px: 61, height_px: 37 };
@@ -244,31 +244,30 @@ fn cooperating_lanes_resolve_deep_pixels() {
         let subgroup = engine.info().subgroup_size.map_or(0, |(min, _)| min);
         engine.open_view(stack(100, SIZE)).expect("the view opens");
         let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let lanes = |sort: &dyn SortStrategy| {
+            let (ties, store) = (Ties::Total, sort.stores()[0]);
+            sort.lanes(&SortSpec { min_frags: 1, max_frags: 128, ties, store })
+        };
         let mut ran = 0;
-        for capture in ["linked_list", "linearized"] {
-            for lanes in [4, 8, 16, 32] {
+        for sort in STRATEGIES.iter().filter(|&&sort| lanes(sort) > 1) {
+            for capture in ["linked_list", "linearized"] {
                 for (schedule, max_frags, verdict) in
                     [("bma-list", "peak", Verdict::Exact), ("base", "max75", Verdict::Approximate)]
                 {
-                    let name =
-                        format!("{capture}/{schedule}/cooperative{lanes}/compute/{max_frags}");
+                    let name = format!("{capture}/{schedule}/{}/compute/{max_frags}", sort.name());
                     let technique: Technique = name.parse().expect("a technique");
-                    match verify(&mut *engine, &mut verifier, &technique) {
-                        Some(result) => {
-                            assert_eq!(result.verdict, verdict, "{id} {name}: {:?}", result.note);
-                            assert!(
-                                result.wrong_px > 0 || verdict == Verdict::Exact,
-                                "{id} {name}"
-                            );
-                            ran += 1;
-                        }
-                        None => assert!(lanes > subgroup && id != "cpu", "{id} {name}"),
-                    }
+                    let result = verify(&mut *engine, &mut verifier, &technique);
+                    let fits = lanes(*sort) <= subgroup || id == "cpu";
+                    assert_eq!(result.is_some(), fits, "{id} {name}");
+                    let Some(result) = result else { continue };
+                    assert_eq!(result.verdict, verdict, "{id} {name}: {:?}", result.note);
+                    assert!(result.wrong_px > 0 || verdict == Verdict::Exact, "{id} {name}");
+                    ran += 1;
                 }
             }
         }
-        let fits = [4, 8, 16, 32].into_iter().filter(|&lanes| lanes <= subgroup || id == "cpu");
-        assert!(ran == 4 * fits.count(), "{id} ran {ran} cells");
+        println!("{id}: {ran} cells");
+        assert!(ran > 0 || subgroup < 4, "{id}");
         let technique = "linked_list/base/cooperative4/fragment/peak".parse().expect("one");
         let Err(CellError::Unsupported(reason)) = engine.prepare(&technique) else {
             panic!("{id}: a fragment shader has one invocation to a pixel");

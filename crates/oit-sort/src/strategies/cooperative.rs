@@ -19,40 +19,56 @@ use oit_fragments::{Fragment, Ties};
 /// associative. The sum is taken in another order than one after the other, which rounds
 /// differently.
 pub(crate) struct Cooperative {
-    /// Lanes that share a pixel: a power of two. A subgroup holds as many pixels as that goes into
-    /// it.
-    lanes: u32,
     name: &'static str,
     summary: &'static str,
+    /// The fewest lanes that share a pixel, and the most: powers of two. A subgroup holds as many
+    /// pixels as that goes into it.
+    fewest: u32,
+    most: u32,
 }
+
+/// As many lanes as give each no more than [`AIM`] slots, and no fewer than 4.
+pub(crate) const COOPERATIVE: Cooperative = Cooperative {
+    name: "cooperative",
+    summary: "4 to 32 lanes of a subgroup, of 16 fragments each, sort a pixel in registers.",
+    fewest: 4,
+    most: 32,
+};
 
 /// With 4 lanes, up to 128 fragments.
 pub(crate) const COOPERATIVE_4: Cooperative = Cooperative {
-    lanes: 4,
     name: "cooperative4",
     summary: "4 lanes of a subgroup sort a pixel in registers and merge by shuffles.",
+    fewest: 4,
+    most: 4,
 };
 
 /// With 8 lanes, up to 256 fragments.
 pub(crate) const COOPERATIVE_8: Cooperative = Cooperative {
-    lanes: 8,
     name: "cooperative8",
     summary: "8 lanes of a subgroup sort a pixel in registers and merge by shuffles.",
+    fewest: 8,
+    most: 8,
 };
 
 /// With 16 lanes, up to 512 fragments.
 pub(crate) const COOPERATIVE_16: Cooperative = Cooperative {
-    lanes: 16,
     name: "cooperative16",
     summary: "16 lanes of a subgroup sort a pixel in registers and merge by shuffles.",
+    fewest: 16,
+    most: 16,
 };
 
 /// With 32 lanes, up to 1024 fragments.
 pub(crate) const COOPERATIVE_32: Cooperative = Cooperative {
-    lanes: 32,
     name: "cooperative32",
     summary: "32 lanes of a subgroup sort a pixel in registers and merge by shuffles.",
+    fewest: 32,
+    most: 32,
 };
+
+/// Slots of a lane where there are lanes enough: the registers of more cost occupancy.
+const AIM: u32 = 16;
 
 /// The most slots of a lane: two 32-bit registers each.
 const SLOTS: u32 = 32;
@@ -60,12 +76,12 @@ const SLOTS: u32 = 32;
 impl Cooperative {
     /// Slots of each lane: a power of two, for the last merges.
     fn slots(&self, spec: &SortSpec) -> u32 {
-        spec.max_frags.div_ceil(self.lanes).next_power_of_two().min(SLOTS)
+        spec.max_frags.div_ceil(self.lanes(spec)).next_power_of_two().min(SLOTS)
     }
 
     /// How runs of one lane become one run of all.
-    fn merges(&self) -> impl Iterator<Item = Merge> {
-        (0..self.lanes.ilog2()).map(|power| Merge { run: 1 << power })
+    fn merges(&self, spec: &SortSpec) -> impl Iterator<Item = Merge> {
+        (0..self.lanes(spec).ilog2()).map(|power| Merge { run: 1 << power })
     }
 }
 
@@ -116,11 +132,11 @@ impl SortStrategy for Cooperative {
     }
 
     fn limit(&self) -> Option<u32> {
-        Some(self.lanes * SLOTS)
+        Some(self.most * SLOTS)
     }
 
-    fn lanes(&self, _: &SortSpec) -> u32 {
-        self.lanes
+    fn lanes(&self, spec: &SortSpec) -> u32 {
+        spec.max_frags.div_ceil(AIM).next_power_of_two().clamp(self.fewest, self.most)
     }
 
     fn blends_from(&self) -> End {
@@ -140,7 +156,7 @@ impl SortStrategy for Cooperative {
         context! {
             slots,
             comparators => comparators(slots as usize),
-            merges => self.merges().map(merge).collect::<Vec<Value>>(),
+            merges => self.merges(spec).map(merge).collect::<Vec<Value>>(),
             halves => halves(slots),
         }
     }
@@ -163,7 +179,7 @@ impl Cooperative {
         slots: &mut Vec<Fragment>,
         behind: impl Fn(Fragment, Fragment) -> bool,
     ) {
-        let (lanes, of_a_lane) = (self.lanes as usize, self.slots(spec) as usize);
+        let (lanes, of_a_lane) = (self.lanes(spec) as usize, self.slots(spec) as usize);
         slots.clear();
         slots.resize(lanes * of_a_lane, PADDING);
         for (place, &fragment) in fragments.iter().enumerate() {
@@ -178,7 +194,7 @@ impl Cooperative {
         };
         in_lanes(slots, comparators(of_a_lane));
         let halves = halves(of_a_lane as u32);
-        for merge in self.merges() {
+        for merge in self.merges(spec) {
             let (run, flip) = (merge.run as usize, merge.flip() as usize);
             for lane in (0..lanes).filter(|lane| lane & run == 0) {
                 for i in 0..of_a_lane {

@@ -25,6 +25,7 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &rbs::Rbs,
     &network::Network,
     &network_u64::NetworkU64,
+    &cooperative::COOPERATIVE,
     &cooperative::COOPERATIVE_4,
     &cooperative::COOPERATIVE_8,
     &cooperative::COOPERATIVE_16,
