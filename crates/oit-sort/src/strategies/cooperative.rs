@@ -35,6 +35,14 @@ pub(crate) const COOPERATIVE: Cooperative = Cooperative {
     most: 32,
 };
 
+/// With 2 lanes, up to 64 fragments: half of a network's registers.
+pub(crate) const COOPERATIVE_2: Cooperative = Cooperative {
+    name: "cooperative2",
+    summary: "2 lanes of a subgroup sort a pixel in registers and merge by shuffles.",
+    fewest: 2,
+    most: 2,
+};
+
 /// With 4 lanes, up to 128 fragments.
 pub(crate) const COOPERATIVE_4: Cooperative = Cooperative {
     name: "cooperative4",

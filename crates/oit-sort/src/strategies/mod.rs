@@ -26,6 +26,7 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &network::Network,
     &network_u64::NetworkU64,
     &cooperative::COOPERATIVE,
+    &cooperative::COOPERATIVE_2,
     &cooperative::COOPERATIVE_4,
     &cooperative::COOPERATIVE_8,
     &cooperative::COOPERATIVE_16,
