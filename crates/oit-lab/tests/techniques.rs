@@ -249,7 +249,8 @@ fn cooperating_lanes_resolve_deep_pixels() {
             sort.lanes(&SortSpec { min_frags: 1, max_frags: 128, ties, store })
         };
         let mut ran = 0;
-        for sort in STRATEGIES.iter().filter(|&&sort| lanes(sort) > 1) {
+        let holds = |sort: &dyn SortStrategy| sort.limit().is_none_or(|limit| limit >= 128);
+        for sort in STRATEGIES.iter().filter(|&&sort| lanes(sort) > 1 && holds(sort)) {
             for capture in ["linked_list", "linearized"] {
                 for (schedule, max_frags, verdict) in
                     [("bma-list", "peak", Verdict::Exact), ("base", "max75", Verdict::Approximate)]
