@@ -35,6 +35,10 @@ pub(crate) struct Limits {
     pub(crate) independent_blend: bool,
     /// What its shaders may use beyond WGSL's core.
     pub(crate) features: Features,
+    /// The fewest and the most invocations of a subgroup.
+    pub(crate) subgroup_size: (u32, u32),
+    /// Whether a compute pipeline can have any size of subgroup between these.
+    pub(crate) chooses_subgroup_size: bool,
 }
 
 impl Limits {
@@ -104,6 +108,22 @@ impl Limits {
         within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
     }
 
+    /// Whether subgroups of a compute shader can be sure to have so many invocations.
+    fn subgroup(&self, at_least: u32) -> Result<(), String> {
+        let (min, max) = self.subgroup_size;
+        if at_least <= min || (at_least <= max && self.chooses_subgroup_size) {
+            return Ok(());
+        }
+        let device = &self.device;
+        Err(match min == max {
+            true => format!("subgroups of {at_least} are needed, and {device} has them of {min}"),
+            false => format!(
+                "subgroups of {at_least} are needed, and {device} has them of {min} to {max}, as \
+                 its driver chooses"
+            ),
+        })
+    }
+
     fn work(&self, work: &Work, reflection: &Reflection, plan: &Plan) -> Result<(), String> {
         match work {
             Work::Clear { .. } => Ok(()),
@@ -123,6 +143,9 @@ impl Limits {
                     )?;
                     let unit = "bytes of workgroup memory";
                     within(what, main.workgroup_bytes, self.workgroup_bytes, unit)?;
+                    if let Some(at_least) = main.subgroup_at_least {
+                        self.subgroup(at_least)?;
+                    }
                 }
                 if let Dispatch::Workgroups(count) = dispatch {
                     for (side, limit) in count.iter().zip(self.workgroups) {

@@ -69,6 +69,9 @@ pub struct Main {
     pub workgroup_size: [u32; 3],
     /// Workgroup memory it uses, in bytes.
     pub workgroup_bytes: u64,
+    /// The fewest invocations of a subgroup that it is right with: the module's constant
+    /// `SUBGROUP_AT_LEAST`, a power of two. Where there is one, subgroups are full as well.
+    pub subgroup_at_least: Option<u32>,
 }
 
 /// The vertex entry point.
@@ -126,6 +129,7 @@ impl Reflection {
         let mut reflection =
             Self { bindings: Vec::new(), main: None, vs: None, fs: None, module, info };
         reflection.find_entry_points();
+        reflection.find_subgroup().map_err(|what| format!("shader {label:?}: {what}"))?;
         reflection.find_bindings().map_err(|what| format!("shader {label:?}: {what}"))?;
         Ok(reflection)
     }
@@ -165,8 +169,9 @@ impl Reflection {
                         used(|space| space == AddressSpace::WorkGroup, GlobalUse::all())
                             .map(bytes)
                             .sum();
+                    let workgroup_size = entry.workgroup_size;
                     self.main =
-                        Some(Main { workgroup_size: entry.workgroup_size, workgroup_bytes });
+                        Some(Main { workgroup_size, workgroup_bytes, subgroup_at_least: None });
                 }
                 (ShaderStage::Vertex, "vs") => {
                     let mut inputs = Vec::new();
@@ -198,6 +203,25 @@ impl Reflection {
                 _ => {}
             }
         }
+    }
+
+    /// What the constant `SUBGROUP_AT_LEAST` says, if there is one.
+    fn find_subgroup(&mut self) -> Result<(), String> {
+        const NAME: &str = "SUBGROUP_AT_LEAST";
+        let named = |constant: &&naga::Constant| constant.name.as_deref() == Some(NAME);
+        let mut constants = self.module.constants.iter().map(|(_, constant)| constant);
+        let Some(constant) = constants.find(named) else { return Ok(()) };
+        let value = match self.module.global_expressions[constant.init] {
+            naga::Expression::Literal(naga::Literal::U32(value)) => value,
+            _ => 0,
+        };
+        if !value.is_power_of_two() {
+            return Err(format!("`{NAME}` must be a power of two, as `u32`"));
+        }
+        if let Some(main) = &mut self.main {
+            main.subgroup_at_least = Some(value);
+        }
+        Ok(())
     }
 
     fn find_bindings(&mut self) -> Result<(), String> {
@@ -360,12 +384,30 @@ mod tests {
         assert_eq!(stages(&seen.bindings[0]), (false, true, false));
         assert_eq!(stages(&seen.bindings[1]), (true, false, false));
         assert_eq!(stages(&seen.bindings[2]), (true, false, true));
-        assert_eq!(seen.main, Some(Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128 }));
+        let main =
+            Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128, subgroup_at_least: None };
+        assert_eq!(seen.main, Some(main));
         assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)] }));
         let fs = Fs { outputs: vec![1], writes: false, early_depth_test: true };
         assert_eq!(seen.fs, Some(fs));
         assert_eq!(seen.groups(Kind::Compute), 2);
         assert_eq!(seen.bindings_of(Kind::Raster).count(), 2);
+    }
+
+    #[test]
+    fn a_constant_says_how_large_a_subgroup_must_be() {
+        let main = "@compute @workgroup_size(64) fn main() {}";
+        let seen = |constant: &str| {
+            let reflection = Reflection::new(&Shader::new("s", format!("{constant}\n{main}")))?;
+            Ok::<_, String>(reflection.main.and_then(|main| main.subgroup_at_least))
+        };
+        assert_eq!(seen(""), Ok(None));
+        assert_eq!(seen("const SUBGROUP_AT_LEAST = 16u;"), Ok(Some(16)));
+        assert_eq!(seen("const SUBGROUP_AT_LEAST: u32 = 4u << 3u;"), Ok(Some(32)));
+        for bad in ["0u", "12u", "8i", "8.0f"] {
+            let message = seen(&format!("const SUBGROUP_AT_LEAST = {bad};")).expect_err(bad);
+            assert!(message.contains("`SUBGROUP_AT_LEAST` must be a power of two"), "{message}");
+        }
     }
 
     #[test]

@@ -22,6 +22,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("clears_a_buffer", clears_a_buffer),
     ("dispatches_by_a_buffer", dispatches_by_a_buffer),
     ("runs_subgroups_or_says_why_not", runs_subgroups_or_says_why_not),
+    ("subgroups_are_as_large_as_asked_and_full", subgroups_are_as_large_as_asked_and_full),
     ("fragments_append_by_subgroup", fragments_append_by_subgroup),
     ("a_chain_of_64_bit_maxima_keeps_the_largest", a_chain_of_64_bit_maxima_keeps_the_largest),
     ("counts_fragments_with_atomics", counts_fragments_with_atomics),
@@ -316,6 +317,52 @@ fn runs_subgroups_or_says_why_not(device: &mut dyn Device) {
     for (i, sum) in (0..).zip(words_of(device, &plan, "sums")) {
         assert_eq!(sum % 1000, i ^ 1);
         assert!((least..=most).contains(&(sum / 1000)), "{sum}");
+    }
+}
+
+/// Groups of neighbouring invocations of a subgroup, by its number and theirs in it: each has its
+/// members and its own number.
+fn subgroups_are_as_large_as_asked_and_full(device: &mut dyn Device) {
+    for lanes in [1, 2, 4, 8, 16, 32, 64] {
+        let wgsl = format!(
+            "
+            enable subgroups;
+            const SUBGROUP_AT_LEAST = {lanes}u;
+            @group(0) @binding(0) var<storage, read_write> seen: array<vec4<u32>>;
+            @compute @workgroup_size(64) fn main(
+                @builtin(subgroup_id) subgroup: u32,
+                @builtin(subgroup_size) size: u32,
+                @builtin(subgroup_invocation_id) lane: u32,
+            ) {{
+                let group = subgroup * (size / {lanes}u) + lane / {lanes}u;
+                let place = group * {lanes}u + lane % {lanes}u;
+                var sum = 1u;
+                for (var d = 1u; d < {lanes}u; d *= 2u) {{
+                    sum += subgroupShuffleXor(sum, d);
+                }}
+                seen[place] = vec4<u32>(size, sum, subgroupShuffleXor(place, {lanes}u - 1u), 7u);
+            }}"
+        );
+        let passes = vec![compute("seen", &wgsl, [1, 1, 1])];
+        let plan = plan(vec![Buffer::new("seen", 1024)], vec![], passes);
+        if lacks(device, "subgroups in compute", &plan) {
+            return;
+        }
+        let (least, most) = device.info().subgroup_size.expect("told, since subgroups are there");
+        match device.prepare(&plan) {
+            Ok(_) => assert!(lanes <= most),
+            Err(GpuError::Unsupported(reason)) => {
+                assert!(lanes > least, "{reason}");
+                assert!(reason.contains(&format!("subgroups of {lanes} are needed")), "{reason}");
+                continue;
+            }
+            Err(error) => panic!("{error}"),
+        }
+        let words = words_of(device, &plan, "seen");
+        for (place, seen) in (0..64).zip(words.chunks_exact(4)) {
+            assert!(seen[0] >= lanes, "{lanes}: {seen:?}");
+            assert_eq!(seen[1..], [lanes, place ^ (lanes - 1), 7], "{lanes}, place {place}");
+        }
     }
 }
 

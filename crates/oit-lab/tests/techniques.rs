@@ -12,7 +12,7 @@ use oit_lab::{
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
-use oit_sort::{STRATEGIES, SortChoice, store_name};
+use oit_sort::{STRATEGIES, SortChoice, SortSpec, SortStrategy, store_name};
 
 /// Small, and no multiple of a workgroup or a tile.
 const SIZE: FrameSize = FrameSize { width_px: 61, height_px: 37 };
@@ -242,6 +242,48 @@ fn stored_fragments_are_resolved_as_drawn_ones() {
         }
         let every = if id == "cpu" { 2 } else { 5 };
         assert!(ran >= every * 2, "{id} ran {ran} cells");
+    }
+}
+
+/// Deep pixels of a list and of a layout with random access, whole and cut off, where the lanes of a subgroup share them.
+#[test]
+fn cooperating_lanes_resolve_deep_pixels() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let subgroup = engine.info().subgroup_size.map_or(0, |(min, _)| min);
+        engine.open_view(stack(100, SIZE)).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let lanes = |sort: &dyn SortStrategy| {
+            let (ties, store) = (Ties::Total, sort.stores()[0]);
+            sort.lanes(&SortSpec { min_frags: 1, max_frags: 128, ties, store })
+        };
+        let mut ran = 0;
+        let holds = |sort: &dyn SortStrategy| sort.limit().is_none_or(|limit| limit >= 128);
+        for sort in STRATEGIES.iter().filter(|&&sort| lanes(sort) > 1 && holds(sort)) {
+            for capture in ["linked_list", "linearized"] {
+                for (schedule, max_frags, verdict) in
+                    [("bma-list", "peak", Verdict::Exact), ("base", "max75", Verdict::Approximate)]
+                {
+                    let name = format!("{capture}/{schedule}/{}/compute/{max_frags}", sort.name());
+                    let technique: Technique = name.parse().expect("a technique");
+                    let result = verify(&mut *engine, &mut verifier, &technique);
+                    let fits = lanes(*sort) <= subgroup || id == "cpu";
+                    assert_eq!(result.is_some(), fits, "{id} {name}");
+                    let Some(result) = result else { continue };
+                    assert_eq!(result.verdict, verdict, "{id} {name}: {:?}", result.note);
+                    assert!(result.wrong_px > 0 || verdict == Verdict::Exact, "{id} {name}");
+                    ran += 1;
+                }
+            }
+        }
+        println!("{id}: {ran} cells");
+        assert!(ran > 0 || subgroup < 4, "{id}");
+        let technique = "linked_list/base/cooperative4/fragment/peak".parse().expect("one");
+        let Err(CellError::Unsupported(reason)) = engine.prepare(&technique) else {
+            panic!("{id}: a fragment shader has one invocation to a pixel");
+        };
+        assert!(id == "cpu" || reason.contains("4 invocations to a pixel"), "{reason}");
     }
 }
 

@@ -134,6 +134,14 @@ pub enum ProgramError {
     /// Emitting is for compute entries.
     #[error("a fragment shader cannot emit fragments: use a compute entry")]
     EmitFromFragment,
+    /// A subgroup sorts a pixel, and a fragment shader has an invocation for each.
+    #[error("sort {strategy:?} has {lanes} invocations to a pixel, and the fragment stage has one")]
+    FragmentStage {
+        /// The strategy.
+        strategy: &'static str,
+        /// Invocations that share a pixel.
+        lanes: u32,
+    },
     /// A template is at fault.
     #[error("the template of sort {strategy:?}, layout {layout:?}")]
     Template {
@@ -185,6 +193,10 @@ impl Program<'_> {
         if self.output == Output::Emit && self.entry == Entry::Fragment {
             return Err(ProgramError::EmitFromFragment);
         }
+        let lanes = self.strategy.lanes(&self.spec);
+        if lanes > 1 && self.entry == Entry::Fragment {
+            return Err(ProgramError::FragmentStage { strategy, lanes });
+        }
         Ok(())
     }
 
@@ -219,6 +231,8 @@ impl Program<'_> {
             emit => self.output == Output::Emit,
             entry, list, first,
             invocations => self.strategy.invocations(spec),
+            lanes => self.strategy.lanes(spec),
+            pixels_per_workgroup => self.strategy.pixels_per_workgroup(spec),
             width => self.width_px,
             pixels => self.width_px * self.height_px,
         };

@@ -51,9 +51,18 @@ pub trait SortStrategy: Sync {
         }
     }
 
-    /// Pixels that a workgroup of its compute programs resolves: one an invocation.
+    /// Pixels that a workgroup of its compute programs resolves: one an invocation, or fewer where
+    /// several share a pixel.
     fn pixels_per_workgroup(&self, spec: &SortSpec) -> u32 {
-        self.invocations(spec)
+        self.invocations(spec) / self.lanes(spec)
+    }
+
+    /// How many invocations of a subgroup sort one pixel together: 1, or a power of two that divides
+    /// [`INVOCATIONS`](crate::INVOCATIONS). A device whose subgroups are smaller cannot run it, and
+    /// the fragment stage, where an invocation is a pixel, cannot either.
+    fn lanes(&self, spec: &SortSpec) -> u32 {
+        let _ = spec;
+        1
     }
 
     /// Whether its output is in order at all. `false` only for what sorting is measured against.

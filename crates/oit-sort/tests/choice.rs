@@ -97,7 +97,7 @@ fn workgroup_memory_holds_so_many_and_another_store_takes_over() {
 fn mistakes_are_named_with_what_was_meant() {
     let message = |text: &str| text.parse::<SortChoice>().unwrap_err().to_string();
     assert!(message("netwrok").starts_with(
-        "unknown sort \"netwrok\" (did you mean network?); the sorts are passthrough, unsorted, insertion,"
+        "unknown sort \"netwrok\" (did you mean network or network_u64?); the sorts are passthrough, unsorted, insertion,"
     ));
     assert!(message("").starts_with("unknown sort \"\"; the sorts are"));
     assert!(message("rbs+").starts_with("unknown sort \"\""));

@@ -36,7 +36,9 @@ impl Gpu {
         let mut f13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true)
-            .maintenance4(true);
+            .maintenance4(true)
+            .subgroup_size_control(true)
+            .compute_full_subgroups(true);
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(physical.queue_family)
             .queue_priorities(&[1.0])];

@@ -243,6 +243,10 @@ fn limits(
         unclipped: features.depth_clamp != 0,
         independent_blend: features.independent_blend != 0,
         features: Features { capabilities, subgroup_stages, subgroup_operations },
+        subgroup_size: (p13.min_subgroup_size, p13.max_subgroup_size),
+        chooses_subgroup_size: p13
+            .required_subgroup_size_stages
+            .contains(vk::ShaderStageFlags::COMPUTE),
     }
 }
 

@@ -84,10 +84,25 @@ impl Pipelines {
         layout: vk::PipelineLayout,
     ) -> Result<vk::Pipeline, GpuError> {
         let module = Module::new(&self.gpu, label, reflection, naga::ShaderStage::Compute, "main")?;
-        let stage = vk::PipelineShaderStageCreateInfo::default()
+        let mut stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module.raw)
             .name(c"main");
+        let mut size = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default();
+        let main = reflection.main.as_ref();
+        if let Some((main, at_least)) = main.and_then(|main| Some((main, main.subgroup_at_least?)))
+        {
+            // The limits were checked: where the smallest is too small, a size can be asked for.
+            let (min, mut max) = self.gpu.physical.limits.subgroup_size;
+            if min < at_least {
+                max = at_least;
+                size = size.required_subgroup_size(at_least);
+                stage = stage.push_next(&mut size);
+            }
+            if main.workgroup_size[0].is_multiple_of(max) {
+                stage = stage.flags(vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS);
+            }
+        }
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
         // SAFETY: the module and the layout are alive, and both come from the same reflection.
         let made = unsafe { self.gpu.device.create_compute_pipelines(self.cache, &create, None) };

@@ -137,8 +137,9 @@ fn limits(
         downlevel.contains(DownlevelFlags::SHADER_F16_IN_F32),
     );
     let has_subgroups = features.contains(Features::SUBGROUP);
+    let told = adapter.get_info();
     Limits {
-        device: adapter.get_info().name,
+        device: told.name,
         buffer_bytes: limits.max_buffer_size,
         storage_binding_bytes: limits.max_storage_buffer_binding_size,
         uniform_binding_bytes: limits.max_uniform_buffer_binding_size,
@@ -171,6 +172,8 @@ fn limits(
                 subgroup_operations: SubgroupOperationSet::empty(),
             },
         },
+        subgroup_size: (told.subgroup_min_size, told.subgroup_max_size),
+        chooses_subgroup_size: false,
     }
 }
 

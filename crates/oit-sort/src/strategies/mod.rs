@@ -1,9 +1,11 @@
 //! The registry of sort strategies. Adding one: `docs/adding-a-sort.md`.
 
+mod cooperative;
 mod insertion;
 mod insertion_merge;
 mod merge;
 mod network;
+mod network_u64;
 mod passthrough;
 mod rbs;
 mod rs;
@@ -23,6 +25,13 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &rs::Rs,
     &rbs::Rbs,
     &network::Network,
+    &network_u64::NetworkU64,
+    &cooperative::COOPERATIVE,
+    &cooperative::COOPERATIVE_2,
+    &cooperative::COOPERATIVE_4,
+    &cooperative::COOPERATIVE_8,
+    &cooperative::COOPERATIVE_16,
+    &cooperative::COOPERATIVE_32,
 ];
 
 /// No strategy has this name.

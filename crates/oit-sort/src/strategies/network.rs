@@ -13,8 +13,11 @@ use std::sync::OnceLock;
 /// hold the pixel's `n` fragments before, during and after the sort, whatever their keys.
 pub(crate) struct Network;
 
+/// Two slots, the lower first.
+pub(super) type Comparator = (u8, u8);
+
 /// The most slots: two 32-bit registers each.
-const SLOTS: usize = 64;
+pub(super) const SLOTS: usize = 64;
 
 impl SortStrategy for Network {
     fn name(&self) -> &'static str {
@@ -83,7 +86,7 @@ fn run(
 }
 
 /// The comparators of the network of `n` slots (0 to 64), in order: the lower slot first.
-fn comparators(n: usize) -> &'static [(u8, u8)] {
+pub(super) fn comparators(n: usize) -> &'static [Comparator] {
     static NETWORKS: [OnceLock<Vec<(u8, u8)>>; SLOTS + 1] = [const { OnceLock::new() }; SLOTS + 1];
     let n = n.min(SLOTS);
     NETWORKS[n].get_or_init(|| merge_exchange(n))
