@@ -133,7 +133,7 @@ impl FromStr for SortChoice {
     }
 }
 
-/// Canonical: a store is named only where the strategy has several.
+/// Canonical: a store is named only where it is not the strategy's default.
 impl fmt::Display for SortChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (strategy, store)) in self.parts.iter().enumerate() {
@@ -141,7 +141,7 @@ impl fmt::Display for SortChoice {
                 f.write_str("+")?;
             }
             f.write_str(strategy.name())?;
-            if strategy.stores().len() > 1 {
+            if *store != strategy.stores()[0] {
                 write!(f, "-{}", store.name())?;
             }
         }

@@ -1,12 +1,22 @@
 //! The registry of sort strategies. Adding one: `docs/adding-a-sort.md`.
 
+mod bitonic;
+mod early;
+mod heap;
 mod insertion;
 mod insertion_merge;
 mod merge;
 mod network;
+mod network_merge;
+mod odd_even;
 mod passthrough;
 mod rbs;
+mod rbs_heap;
+mod rbs_hier;
 mod rs;
+mod rs_inner;
+mod selection;
+mod shell;
 mod unsorted;
 
 use crate::SortStrategy;
@@ -20,8 +30,22 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &merge::Merge,
     &insertion_merge::InsertionMerge,
     &rs::Rs,
-    &rbs::Rbs,
+    &rbs::Rbs { block: 32 },
     &network::Network,
+    &selection::Selection { early: false },
+    &selection::Selection { early: true },
+    &shell::Shell,
+    &heap::Heap { early: false },
+    &heap::Heap { early: true },
+    &rs_inner::RsInner,
+    &bitonic::Bitonic,
+    &odd_even::OddEven,
+    &rbs::Rbs { block: 8 },
+    &rbs::Rbs { block: 16 },
+    &rbs_heap::RbsHeap,
+    &rbs_hier::RbsHier,
+    &network_merge::NetworkMerge { block: 64 },
+    &network_merge::NetworkMerge { block: 32 },
 ];
 
 /// No strategy has this name.
