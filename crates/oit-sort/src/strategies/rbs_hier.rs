@@ -68,7 +68,10 @@ fn group_blocks(max_frags: u32) -> u32 {
         return blocks.max(1);
     }
     let doubling = std::iter::successors(Some(1u32), |&size| Some(2 * size));
-    doubling.take_while(|&size| size <= REGISTERS).find(|&size| size * size >= blocks).unwrap_or(REGISTERS)
+    doubling
+        .take_while(|&size| size <= REGISTERS)
+        .find(|&size| size * size >= blocks)
+        .unwrap_or(REGISTERS)
 }
 
 /// Sorts the blocks of each group and merges them to a run, then merges the runs.
