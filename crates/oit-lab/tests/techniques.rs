@@ -139,7 +139,7 @@ fn fragments_are_sorted_where_they_were_captured() {
             for coordinate in [
                 "base/rbs16-global/compute",
                 "bma-list/rbs8-global/compute",
-                "bma/rbs8-global/fragment",
+                "bma-stencil/rbs8-global/fragment",
             ] {
                 let name = format!("{}/{coordinate}/peak", capture.name());
                 let technique: Technique = name.parse().expect("a technique");
