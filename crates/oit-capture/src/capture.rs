@@ -26,6 +26,13 @@ pub trait Capture: Sync {
     /// and, with random access, `lfb_len` and `lfb_at` (see `oit_sort::Layout`).
     fn layout_wgsl(&self) -> Cow<'static, str>;
 
+    /// The same for programs that order fragments where they were captured: `fragments` may be
+    /// written, and there are also `lfb_cursor`, `lfb_seek` and `lfb_put` (see `oit_sort::Layout`).
+    /// `None` where a fragment cannot take another's place.
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        None
+    }
+
     /// Whether the i-th fragment of a pixel can be read without reading those before it.
     fn random_access(&self) -> bool;
 

@@ -10,6 +10,7 @@ mod linearized_unclipped;
 mod linked_list;
 mod linked_pages;
 mod nearest;
+mod rewrite;
 
 use oit_scene::Problem;
 

@@ -114,6 +114,11 @@ fn every_layout_keeps_its_word() {
         let result = "@group(0) @binding(16) var<storage, read_write> out: vec2<u32>;";
         let main = "@compute @workgroup_size(1) fn main()";
         validate(capture.name(), &format!("{}{result}{main} {{ {body} }}", capture.layout_wgsl()));
+        if let Some(layout) = capture.rewrite_wgsl() {
+            let body = "lfb_begin(3u); let first = lfb_cursor(); out = lfb_next(); lfb_seek(first); \
+                lfb_put(out);";
+            validate(capture.name(), &format!("{layout}{result}{main} {{ {body} }}"));
+        }
         let body = "out.x = pixel_count(3u);";
         validate(capture.name(), &format!("{}{result}{main} {{ {body} }}", capture.count_wgsl()));
     }

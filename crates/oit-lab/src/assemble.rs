@@ -10,7 +10,7 @@ use oit_gpu::{
     Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,
     Shader, Target,
 };
-use oit_sort::{Entry, Layout, Output, Program, SortSpec, store_name, workgroups};
+use oit_sort::{Entry, Layout, Output, Program, SortSpec, Store, store_name, workgroups};
 
 use crate::technique::{DEEPEST, IntervalChoice, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
 use crate::{CellError, FrameSize};
@@ -66,6 +66,17 @@ pub(crate) fn sort_spec(
         if is_counted && technique.schedule != Schedule::Base { interval.low } else { 0 };
     let spec = SortSpec { min_frags, max_frags: interval.high, ties: technique.ties, store };
     Ok((strategy, spec))
+}
+
+/// Whether a technique orders fragments where they were captured, on a view of this peak depth
+/// complexity.
+pub(crate) fn rewrites(technique: &Technique, peak: u32) -> Result<bool, CellError> {
+    for interval in intervals(technique, peak)?.iter() {
+        if sort_spec(technique, interval)?.1.store == Store::Global {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Where a plan's fragments come from.
@@ -164,6 +175,10 @@ pub fn assemble(
 ) -> Result<Plan, CellError> {
     needs_lists(technique)?;
     let capture = technique.capture;
+    if matches!(fragments, Fragments::Stored(_)) && rewrites(technique, histogram.peak())? {
+        let reason = "stored fragments are uploaded once, and it would leave them in another order";
+        return Err(CellError::Unsupported(reason.into()));
+    }
     if technique.schedule.masks_what_is_drawn() && !capture.marks() {
         return Err(CellError::Unsupported(format!(
             "{} has a depth target, and no stencil to mark pixels in",
@@ -290,11 +305,18 @@ fn program(
     size: FrameSize,
 ) -> Result<Shader, CellError> {
     let (strategy, spec) = sort_spec(technique, interval)?;
+    let capture = technique.capture;
+    let layout = if spec.store == Store::Global {
+        let reason = || format!("{} cannot be written back to", capture.name());
+        capture.rewrite_wgsl().ok_or_else(|| CellError::Unsupported(reason()))?
+    } else {
+        capture.layout_wgsl()
+    };
     let program = Program {
         layout: Layout {
-            name: technique.capture.name(),
-            wgsl: &technique.capture.layout_wgsl(),
-            random_access: technique.capture.random_access(),
+            name: capture.name(),
+            wgsl: &layout,
+            random_access: capture.random_access(),
         },
         strategy,
         spec,

@@ -223,6 +223,7 @@ pub const ALIASES: &[(&str, &str)] = &[
     ("BASE-IS", "linked_list/base/insertion/fragment/peak/ties-depth"),
     ("BASE-IMS", "linked_list/base/insertion_merge/fragment/peak/ties-depth"),
     ("BASE-RBS-L", "linked_list/base/rbs/fragment/peak/ties-depth"),
+    ("RBS-G", "linked_list/base/rbs-global/fragment/peak/ties-depth"),
     ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak/ties-depth"),
     ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak/ties-depth"),
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak/ties-depth"),

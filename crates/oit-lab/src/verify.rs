@@ -6,7 +6,7 @@ use oit_fragments::{Lfb, MultisetDifference, Ties, oracle};
 use oit_image::{Difference, Image, compare};
 use oit_record::{Verdict, Verification};
 
-use crate::assemble::{intervals, sort_spec};
+use crate::assemble::{intervals, rewrites, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
 use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Technique};
 
@@ -73,15 +73,21 @@ impl Verifier {
     ) -> Result<Verification, CellError> {
         let fragments = self.fragments(engine, technique, ready, preparation)?;
         let image = engine.picture(ready)?;
-        let reason = self.inexact(technique)?;
+        let inexact = self.inexact(technique)?;
+        // How far off it may be: nothing to speak of, what it says itself, or anything.
+        let bound = match &inexact {
+            None => Some(EXACT_TOLERANCE),
+            Some(inexact) => inexact.bound.map(|bound| bound + EXACT_TOLERANCE),
+        };
         let dropping = technique.pool.policy == PoolPolicy::Drop;
         // What is left out is data; what is left must still be blended right.
-        let of_stored = if dropping && fragments.missing > 0 && reason.is_none() {
-            let stored = oracle::composite(&engine.captured(ready)?);
-            Some(difference(&image, &stored)?)
-                .filter(|own| technique.ties == Ties::Total && !exact(own))
-        } else {
-            None
+        let of_stored = match bound {
+            Some(bound) if dropping && fragments.missing > 0 => {
+                let stored = oracle::composite(&engine.captured(ready)?);
+                Some(difference(&image, &stored)?)
+                    .filter(|own| technique.ties == Ties::Total && !within(bound, own))
+            }
+            _ => None,
         };
         engine.run(ready)?;
         let again = engine.picture(ready)?;
@@ -106,11 +112,11 @@ impl Verifier {
             let pixels = fragments.pixels;
             let note = format!("its fragments differ from the reference's on {pixels} pixels");
             (Verdict::Wrong, Some(note))
-        } else if let Some(reason) = reason {
-            (Verdict::Approximate, Some(reason))
-        } else if !exact(&decisive) {
+        } else if bound.is_some_and(|bound| !within(bound, &decisive)) {
             let note = off(&decisive);
             (Verdict::Wrong, Some(note))
+        } else if let Some(inexact) = inexact {
+            (Verdict::Approximate, Some(inexact.reason))
         } else {
             let tied = (depth_only && self.tied_px > 0).then(|| {
                 let tied = self.tied_px;
@@ -143,7 +149,7 @@ impl Verifier {
     }
 
     /// How its capture differs from the reference. Techniques with the same capture passes share
-    /// the answer: what differs between them comes after the capture.
+    /// the answer: what differs between them comes after the capture, if it writes no fragments.
     fn fragments(
         &mut self,
         engine: &mut dyn Engine,
@@ -151,6 +157,9 @@ impl Verifier {
         ready: Ready,
         preparation: &Preparation,
     ) -> Result<MultisetDifference, CellError> {
+        if rewrites(technique, self.peak)? {
+            return Ok(self.reference.multiset_difference(&engine.captured(ready)?));
+        }
         // A capture that goes by the schedule's lists is another with other intervals.
         let intervals = Some(&technique.intervals).filter(|_| technique.capture.needs_lists());
         let key = (
@@ -177,30 +186,48 @@ impl Verifier {
     }
 
     /// Why a technique is not meant to be exact on this view, if it is not.
-    fn inexact(&self, technique: &Technique) -> Result<Option<String>, CellError> {
+    fn inexact(&self, technique: &Technique) -> Result<Option<Inexact>, CellError> {
+        let mut early: Option<(&'static str, f32)> = None;
         for interval in intervals(technique, self.peak)?.iter() {
             let (strategy, _) = sort_spec(technique, interval)?;
             if !strategy.sorts() {
-                return Ok(Some(format!("{} does not sort", strategy.name())));
+                let reason = format!("{} does not sort", strategy.name());
+                return Ok(Some(Inexact { reason, bound: None }));
+            }
+            if let Some(bound) = strategy.error_bound()
+                && early.is_none_or(|(_, before)| bound > before)
+            {
+                early = Some((strategy.name(), bound));
             }
         }
         let max_frags = technique.max_frags.for_peak(self.peak);
-        Ok(technique.max_frags.truncates(self.peak).then(|| {
+        if technique.max_frags.truncates(self.peak) {
             let deep = self.reference.counts().filter(|&count| count > max_frags).count();
-            format!("{deep} pixels are deeper than the {max_frags} fragments that it holds")
+            let reason =
+                format!("{deep} pixels are deeper than the {max_frags} fragments that it holds");
+            return Ok(Some(Inexact { reason, bound: None }));
+        }
+        Ok(early.map(|(name, bound)| Inexact {
+            reason: format!("{name} is off by up to {bound:.3e} by its own definition"),
+            bound: Some(f64::from(bound)),
         }))
     }
+}
+
+/// Why a technique is not meant to be exact.
+struct Inexact {
+    reason: String,
+    /// How far any channel may be off, where its strategies say.
+    bound: Option<f64>,
 }
 
 fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError> {
     compare(image, right).map_err(|error| CellError::Failed(error.to_string()))
 }
 
-/// Whether a picture is as near to the oracle's as one of single precision can be.
-fn exact(difference: &Difference) -> bool {
-    difference.wrong_px == 0
-        && difference.max_color_error <= EXACT_TOLERANCE
-        && difference.max_alpha_error <= EXACT_TOLERANCE
+/// Whether no channel of a picture is off by more than this. What is no number is off by infinity.
+fn within(bound: f64, difference: &Difference) -> bool {
+    difference.max_color_error <= bound && difference.max_alpha_error <= bound
 }
 
 /// How far a picture is off, in words.

@@ -10,7 +10,7 @@ use oit_fragments::{Fragment, Ties};
 use oit_gpu::{Buffer, Device, Dispatch, GpuError, Pass, Plan, Shader};
 use oit_sort::{
     End, Entry, Layout, Output, Program, STRATEGIES, Scratch, SortSpec, SortStrategy, Store,
-    patterns, sorted, store_name, workgroups,
+    patterns, sorted, store_name, strategy, workgroups,
 };
 
 /// Fragments given as they are: what a strategy reads in a test.
@@ -29,6 +29,24 @@ fn lfb_more() -> bool { return lfb_place < lfb_end; }
 fn lfb_next() -> vec2<u32> { let f = given[lfb_place]; lfb_place += 1u; return f; }
 fn lfb_len() -> u32 { return lfb_end - lfb_first; }
 fn lfb_at(i: u32) -> vec2<u32> { return given[lfb_first + i]; }
+";
+
+/// What is added for strategies that order them where they are.
+const REWRITE: &str = "
+fn lfb_cursor() -> u32 { return lfb_place; }
+fn lfb_seek(cursor: u32) { lfb_place = cursor; }
+fn lfb_put(f: vec2<u32>) { given[lfb_place] = f; lfb_place += 1u; }
+";
+
+/// Puts the given fragments into a buffer that may be written.
+const COPY: &str = "
+@group(0) @binding(0) var<storage, read> originals: array<vec2<u32>>;
+@group(0) @binding(1) var<storage, read_write> given: array<vec2<u32>>;
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let i = (group.y * 32768u + group.x) * 64u + lane;
+    if i < arrayLength(&given) { given[i] = originals[i]; }
+}
 ";
 
 /// Pixels for one interval: every count of it in every pattern, and pixels that are too deep.
@@ -61,8 +79,13 @@ fn emitted(
     }
     let all: Vec<Fragment> = pixels.iter().flatten().copied().collect();
     let bytes = |data: &[u8]| Arc::<[u8]>::from(data);
+    let wgsl = if spec.store == Store::Global {
+        LAYOUT.replace("read> given:", "read_write> given:") + REWRITE
+    } else {
+        LAYOUT.to_owned()
+    };
     let program = Program {
-        layout: Layout { name: "given", wgsl: LAYOUT, random_access },
+        layout: Layout { name: "given", wgsl: &wgsl, random_access },
         strategy,
         spec,
         entry: Entry::Pixels,
@@ -73,17 +96,24 @@ fn emitted(
     let shader = Shader::new(strategy.name(), program.wgsl().expect("it assembles"));
     let groups = workgroups(pixels.len() as u64, strategy.pixels_per_workgroup(&spec));
     let groups = Dispatch::Workgroups(groups);
-    let plan = Plan {
-        name: format!("{} {spec:?}", strategy.name()),
-        buffers: vec![
-            Buffer::data("given_offsets", bytes(bytemuck::cast_slice(&offsets))),
-            Buffer::data("given", bytes(bytemuck::cast_slice(&all))),
-            Buffer::data("emit_offsets", bytes(bytemuck::cast_slice(&offsets))),
-            Buffer::new("emitted", 8 * all.len() as u64),
-        ],
-        targets: Vec::new(),
-        passes: vec![Pass::compute("resolve", shader, groups)],
-    };
+    let given = bytes(bytemuck::cast_slice(&all));
+    let mut buffers = vec![
+        Buffer::data("given_offsets", bytes(bytemuck::cast_slice(&offsets))),
+        Buffer::data("emit_offsets", bytes(bytemuck::cast_slice(&offsets))),
+        Buffer::new("emitted", 8 * all.len() as u64),
+    ];
+    let mut passes = Vec::new();
+    if spec.store == Store::Global {
+        buffers.push(Buffer::data("originals", given));
+        buffers.push(Buffer::new("given", 8 * all.len() as u64));
+        let all = Dispatch::Workgroups(workgroups(all.len() as u64, 64));
+        passes.push(Pass::compute("capture", Shader::new("copy", COPY), all));
+    } else {
+        buffers.push(Buffer::data("given", given));
+    }
+    passes.push(Pass::compute("resolve", shader, groups));
+    let name = format!("{} {spec:?}", strategy.name());
+    let plan = Plan { name, buffers, targets: Vec::new(), passes };
     let id = device.prepare(&plan)?;
     device.poison(id).expect("it is poisoned");
     device.run(id).expect("it runs");
@@ -152,7 +182,8 @@ fn conforms(
             let forms = if interval.high <= 32 { 2 } else { 1 };
             for form in 0..forms {
                 let base = form == 1;
-                let random_access = !base;
+                // Where there is one form, each tie rule has its own way of reading.
+                let random_access = if forms == 1 { ties == Ties::Total } else { !base };
                 let min_frags = if base { 0 } else { interval.low };
                 let max_frags = interval.high;
                 let spec = SortSpec { min_frags, max_frags, ties, store };
@@ -192,6 +223,50 @@ fn every_kernel_sorts_as_its_twin() {
                     Err(reason) => println!("{id}: {name} SKIPPED {reason}"),
                 }
             }
+        }
+    }
+}
+
+/// The most fragments that techniques hold; fewer where llvmpipe is given arrays filled with zeros,
+/// as wgpu gives them: filling thousands of places takes it minutes to compile.
+fn deepest_of_all(id: &str, device: &dyn Device) -> u32 {
+    let software = device.info().name.contains("llvmpipe");
+    if software && id.starts_with("wgpu") { 512 } else { 4096 }
+}
+
+/// The deepest pixels, by strategies whose loops are short enough even where they are cut off
+/// ([`deepest`]).
+#[test]
+fn pixels_of_4096_fragments_are_sorted() {
+    let mut scratch = Scratch::default();
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
+        let max_frags = deepest_of_all(&id, &*device);
+        for name in ["rbs_hier", "rbs_heap"] {
+            let strategy = strategy(name).expect("a strategy");
+            let (min_frags, store) = (max_frags / 2 + 1, strategy.stores()[0]);
+            let spec = SortSpec { min_frags, max_frags, ties: Ties::Total, store };
+            let patterns = ["random", "reversed"].map(|name| {
+                patterns::PATTERNS.iter().find(|pattern| pattern.name == name).expect("a pattern")
+            });
+            let pixels: Vec<_> =
+                [min_frags, max_frags * 3 / 4, max_frags - 1, max_frags, max_frags + 1]
+                    .into_iter()
+                    .map(|count| (count as usize, u64::from(count)))
+                    .flat_map(|(count, seed)| {
+                        patterns.map(|pattern| pattern.fragments(count, seed))
+                    })
+                    .collect();
+            let found = emitted(&mut *device, strategy, spec, false, &pixels)
+                .unwrap_or_else(|error| panic!("{id} {name}: {error}"));
+            for (given, found) in pixels.iter().zip(found) {
+                if let Err(text) = check(strategy, spec, given, found, &mut scratch) {
+                    panic!("{id} {name} {spec:?}, {} fragments: {text}", given.len());
+                }
+            }
+            println!("{id}: {name} sorts {max_frags}");
+            device.reset();
         }
     }
 }

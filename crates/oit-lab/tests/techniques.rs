@@ -5,10 +5,9 @@ mod support;
 
 use oit_capture::CAPTURES;
 use oit_fragments::Ties;
-use oit_lab::ViewData;
 use oit_lab::{
-    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique,
-    Verifier, open_engine,
+    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Source, Stage, Technique,
+    Verifier, ViewData, open_engine,
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
@@ -120,14 +119,84 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
                 let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
                     continue;
                 };
-                let unsorted = ["passthrough", "unsorted"].contains(&&*technique.sort.to_string());
-                let expected = if unsorted { Verdict::Approximate } else { Verdict::Exact };
+                let inexact = technique
+                    .sort
+                    .parts()
+                    .iter()
+                    .any(|(strategy, _)| !strategy.sorts() || strategy.error_bound().is_some());
+                let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
                 ran += 1;
             }
         }
         println!("{id}: {ran} cells");
         assert!(ran > 40, "{id} ran {ran} cells");
+    }
+}
+
+/// Sorting where the fragments were captured (RBS-G) leaves the same fragments in another order.
+#[test]
+fn fragments_are_sorted_where_they_were_captured() {
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let histogram = engine.open_view(stack(40, SIZE)).expect("the view opens");
+        assert_eq!(histogram.peak(), 40);
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let mut ran = Vec::new();
+        for capture in CAPTURES {
+            for coordinate in [
+                "base/rbs16-global/compute",
+                "bma-list/rbs8-global/compute",
+                "bma-stencil/rbs8-global/fragment",
+            ] {
+                let name = format!("{}/{coordinate}/peak", capture.name());
+                let technique: Technique = name.parse().expect("a technique");
+                match engine.prepare(&technique) {
+                    Ok((ready, preparation)) => {
+                        let result = verifier.verify(&mut *engine, &technique, ready, &preparation);
+                        let result = result.unwrap_or_else(|error| panic!("{id} {name}: {error}"));
+                        assert_eq!(
+                            result.verdict,
+                            Verdict::Exact,
+                            "{id} {name}: {:?}",
+                            result.note
+                        );
+                        ran.push(capture.name());
+                    }
+                    Err(CellError::Unsupported(reason)) => println!("{id} {name}: {reason}"),
+                    Err(CellError::Failed(reason)) => panic!("{id} {name}: {reason}"),
+                }
+            }
+        }
+        for capture in CAPTURES.iter().filter(|capture| capture.rewrite_wgsl().is_some()) {
+            assert!(ran.contains(&capture.name()), "{id}: {}", capture.name());
+        }
+        let stored =
+            ViewData { source: Source::Stored(verifier.reference().clone().into()), size: SIZE };
+        engine.open_view(stored).expect("it opens");
+        let technique = "linked_list/base/rbs8-global/compute/peak".parse().expect("a technique");
+        let refused = engine.prepare(&technique).expect_err("it would spoil what is uploaded");
+        assert!(matches!(refused, CellError::Unsupported(_)), "{refused}");
+    }
+}
+
+/// A kernel that ends early is off by what it says, no more, and not exact.
+#[test]
+fn sorts_that_end_early_keep_their_bound() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        engine.open_view(stack(60, SIZE)).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        for sort in ["selection_early", "heap_early"] {
+            let name = format!("linked_list/bma-list/{sort}/compute/peak");
+            let technique: Technique = name.parse().expect("a technique");
+            let result = verify(&mut *engine, &mut verifier, &technique).expect("it is supported");
+            assert_eq!(result.verdict, Verdict::Approximate, "{id} {name}: {:?}", result.note);
+            let error = result.max_error.max(result.max_alpha_error);
+            assert!(error > 1e-4 && error <= 1.0 / 512.0 + 1e-5, "{id} {name}: {error}");
+        }
     }
 }
 

@@ -27,6 +27,10 @@ pub struct Program<'a> {
 /// 0 to 15, read only) and defines `fn lfb_begin(pixel: u32)`, `fn lfb_more() -> bool`,
 /// `fn lfb_next() -> vec2<u32>`; with random access also `fn lfb_len() -> u32` and
 /// `fn lfb_at(i: u32) -> vec2<u32>`, both for the pixel last begun.
+///
+/// For [`Store::Global`](crate::Store) the fragments may be written, and it also defines
+/// `fn lfb_cursor() -> u32`, where the next fragment is, `fn lfb_seek(cursor: u32)`, after which that
+/// one is the next again, and `fn lfb_put(f: vec2<u32>)`, which writes it and goes on to the one after.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout<'a> {
     /// The capture's name.

@@ -29,18 +29,14 @@ pub fn sorted<'a>(
 }
 
 /// One pixel by the twin of the whole program: the first `spec.max_frags` fragments, sorted and
-/// composited from the end that the kernel composites from. Premultiplied red, green, blue, alpha.
+/// composited as the kernel does. Premultiplied red, green, blue, alpha.
 pub fn resolve(
     strategy: &dyn SortStrategy,
     spec: &SortSpec,
     fragments: &[Fragment],
     scratch: &mut Scratch,
 ) -> [f32; 4] {
-    let sorted = sorted(strategy, spec, fragments, scratch).iter().copied();
-    match strategy.blends_from() {
-        End::Front => composite(sorted, End::Front),
-        End::Back => composite(sorted.rev(), End::Back),
-    }
+    strategy.composite(sorted(strategy, spec, fragments, scratch))
 }
 
 /// The twin of `blend_front` and `blend_back` in single precision: fragments in the order they are

@@ -2,6 +2,7 @@
 
 use crate::INVOCATIONS;
 use crate::workgroup_memory::{LEAST_INVOCATIONS, invocations_with_room, most_frags};
+use crate::composite;
 use minijinja::Value;
 use oit_fragments::{Fragment, Ties};
 use std::fmt;
@@ -70,6 +71,12 @@ pub trait SortStrategy: Sync {
         true
     }
 
+    /// How far any channel of a pixel may be off by the strategy's own definition, where that is
+    /// known: it stops early, say. It must sort nevertheless. `None` for what is exact.
+    fn error_bound(&self) -> Option<f32> {
+        None
+    }
+
     /// Which end it composites from.
     fn blends_from(&self) -> End;
 
@@ -85,6 +92,16 @@ pub trait SortStrategy: Sync {
     /// The CPU twin: sorts `fragments` (at most `spec.max_frags`) nearest first, by the steps of
     /// the kernel. `scratch` is reused between pixels; its contents mean nothing.
     fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], scratch: &mut Vec<Fragment>);
+
+    /// The CPU twin of its blending: premultiplied red, green, blue, alpha of what [`Self::sort`]
+    /// left. From the end it composites from, all of them, unless it says otherwise.
+    fn composite(&self, sorted: &[Fragment]) -> [f32; 4] {
+        let sorted = sorted.iter().copied();
+        match self.blends_from() {
+            End::Front => composite(sorted, End::Front),
+            End::Back => composite(sorted.rev(), End::Back),
+        }
+    }
 }
 
 /// Its name.

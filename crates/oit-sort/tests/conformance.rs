@@ -2,7 +2,7 @@
 
 use oit_fragments::{Fragment, Lfb, Ties, oracle};
 use oit_sort::patterns::PATTERNS;
-use oit_sort::{STRATEGIES, Scratch, SortSpec, resolve, sorted};
+use oit_sort::{STRATEGIES, Scratch, SortSpec, SortStrategy, resolve, sorted, strategy};
 
 /// Every count up to 257, and those about each interval's edge.
 fn counts() -> Vec<usize> {
@@ -68,6 +68,37 @@ fn every_strategy_sorts_every_pattern_of_every_count() {
     }
 }
 
+/// The deepest pixels that techniques hold: strategies without a limit, or a higher one, sort them too.
+#[test]
+fn deep_pixels_are_sorted() {
+    let mut scratch = Scratch::default();
+    let deep = |strategy: &&&dyn SortStrategy| {
+        strategy.sorts() && strategy.limit().is_none_or(|limit| limit > 512)
+    };
+    for strategy in STRATEGIES.iter().filter(deep) {
+        for n in [513usize, 1024, 1025, 2047, 2048, 3000, 4095, 4096] {
+            let max_frags = (n as u32).next_power_of_two();
+            if strategy.limit().is_some_and(|limit| max_frags > limit) {
+                continue;
+            }
+            for name in ["random", "reversed", "near_equal"] {
+                let pattern = PATTERNS.iter().find(|pattern| pattern.name == name).unwrap();
+                let fragments = pattern.fragments(n, n as u64);
+                let (ties, store) = (Ties::Total, strategy.stores()[0]);
+                let spec = SortSpec { min_frags: max_frags / 2 + 1, max_frags, ties, store };
+                let found = sorted(*strategy, &spec, &fragments, &mut scratch);
+                let mut expected = fragments.clone();
+                expected.sort_by_key(|f| f.key());
+                assert!(found == expected, "{}, {name}, {n} fragments", strategy.name());
+            }
+        }
+    }
+    for name in ["heap", "merge", "rbs_heap", "rbs_hier"] {
+        let limit = strategy(name).unwrap().limit();
+        assert!(limit.is_none_or(|limit| limit >= 4096), "{name} holds 4096");
+    }
+}
+
 #[test]
 fn every_strategy_composites_what_the_oracle_does() {
     let mut scratch = Scratch::default();
@@ -85,9 +116,32 @@ fn every_strategy_composites_what_the_oracle_does() {
                 for (found, exact) in found.into_iter().zip(exact) {
                     let error = (f64::from(found) - exact).abs();
                     let (name, pattern) = (strategy.name(), pattern.name);
-                    assert!(error < 1e-5, "{name}, {pattern}, {n} fragments: off by {error}");
+                    let bound = f64::from(strategy.error_bound().unwrap_or(0.0)) + 1e-5;
+                    assert!(error < bound, "{name}, {pattern}, {n} fragments: off by {error}");
                 }
             }
+        }
+    }
+}
+
+/// A bound that no pixel comes near would be no bound.
+#[test]
+fn strategies_that_stop_early_leave_something_out() {
+    let mut scratch = Scratch::default();
+    let grey = |i: u32| Fragment::new((i + 1) as f32 / 512.0, [255, 255, 255, 8]);
+    let fragments: Vec<_> = (0..400).map(grey).collect();
+    let exact = oracle::composite(&Lfb::from_lists(1, 1, std::slice::from_ref(&fragments)))[0];
+    let early: Vec<_> = STRATEGIES.iter().filter(|s| s.error_bound().is_some()).collect();
+    assert!(early.len() >= 2);
+    for strategy in early {
+        let (ties, store) = (Ties::Total, strategy.stores()[0]);
+        let spec = SortSpec { min_frags: 1, max_frags: 512, ties, store };
+        let found = resolve(*strategy, &spec, &fragments, &mut scratch);
+        let bound = f64::from(strategy.error_bound().unwrap());
+        for (found, exact) in found.into_iter().zip(exact) {
+            let error = (f64::from(found) - exact).abs();
+            let name = strategy.name();
+            assert!(error <= bound && error > 0.9 * bound, "{name}: {error}, of {bound}");
         }
     }
 }

@@ -40,6 +40,31 @@ fn lfb_at(i: u32) -> vec2<u32> {
 }
 ";
 
+/// What the store `global` needs beside it.
+const REWRITE: &str = "
+fn lfb_cursor() -> u32 {
+    return lfb_cursor_;
+}
+
+fn lfb_seek(cursor: u32) {
+    lfb_cursor_ = cursor;
+}
+
+fn lfb_put(f: vec2<u32>) {
+    pool[lfb_cursor_] = f;
+    lfb_cursor_ += 1u;
+}
+";
+
+/// The layout of a program whose array is in this store.
+fn layout(store: Store) -> String {
+    if store != Store::Global {
+        return LINEAR.to_owned();
+    }
+    let linear = LINEAR.replace("read> pool", "read_write> pool");
+    linear.replace("lfb_cursor", "lfb_cursor_") + REWRITE
+}
+
 fn program(strategy: &dyn SortStrategy, min_frags: u32, max_frags: u32) -> Program<'_> {
     Program {
         layout: Layout { name: "linear", wgsl: LINEAR, random_access: true },
@@ -83,7 +108,7 @@ fn every_program_is_valid() {
         (Entry::Pixels, Output::Emit),
     ];
     for strategy in STRATEGIES {
-        let counts = [1, 2, 3, 8, 16, 20, 31, 32, 33, 64, 65, 100, 128, 256, 1024];
+        let counts = [1, 2, 3, 8, 16, 20, 31, 32, 33, 64, 65, 100, 128, 256, 1024, 4096];
         for max_frags in counts {
             for ties in Ties::ALL {
                 for (i, (entry, output)) in entries.into_iter().enumerate() {
@@ -95,6 +120,8 @@ fn every_program_is_valid() {
                     program.layout.random_access = i % 2 == 0;
                     (program.spec.ties, program.entry, program.output) = (ties, entry, output);
                     for &store in strategy.stores() {
+                        let wgsl = layout(store);
+                        let layout = Layout { wgsl: &wgsl, ..program.layout };
                         program.spec.store = store;
                         let too_deep = strategy.limit_in(store).is_some_and(|l| max_frags > l);
                         let misplaced = store == Store::Workgroup && entry == Entry::Fragment;
@@ -102,7 +129,7 @@ fn every_program_is_valid() {
                             assert!(program.wgsl().is_err());
                             continue;
                         }
-                        validate(&program.wgsl().unwrap());
+                        validate(&Program { layout, ..program }.wgsl().unwrap());
                     }
                 }
             }
@@ -152,6 +179,10 @@ fn small_programs_are_as_kept() {
     insta::assert_snapshot!("rbs_two_blocks", {
         program(strategy("rbs").unwrap(), 33, 40).wgsl().unwrap()
     });
+    let rewritten = layout(Store::Global);
+    let mut global = program(strategy("rbs8").unwrap(), 9, 20);
+    (global.spec.store, global.layout.wgsl) = (Store::Global, &rewritten);
+    insta::assert_snapshot!("rbs8_global_three_blocks", global.wgsl().unwrap());
     insta::assert_snapshot!("insertion_merge_branch", {
         program(strategy("insertion_merge").unwrap(), 1, 40).wgsl().unwrap()
     });

@@ -106,13 +106,13 @@ fn a_strategy_added_as_the_page_says_appears_everywhere() {
     let oit = target.join("debug/oit");
     let oit = oit.to_string_lossy();
     let listing = run(&oit, &["list", "sorts"], &copied, &target);
-    assert!(String::from_utf8_lossy(&listing.stdout).contains("selection"));
+    assert!(String::from_utf8_lossy(&listing.stdout).contains("comb"));
 
     let test = ["test", "--locked", "--config", config, "--package", "oit-sort"];
     let test = [&test[..], &["--test", "conformance"]].concat();
     run("cargo", &test, &copied, &target);
 
-    let experiment = copied.join("selection.toml");
+    let experiment = copied.join("comb.toml");
     let text = "about = \"a test\"\nsource = \"a test\"\n\
         [profile.quick]\nresolution = [64, 36]\nsamples = 2\nwarmup_ms = 0\ntimeout_s = 60\n\
         [profile.full]\nresolution = [64, 36]\nsamples = 2\nwarmup_ms = 0\ntimeout_s = 60\n\
@@ -123,7 +123,7 @@ fn a_strategy_added_as_the_page_says_appears_everywhere() {
     let experiment = experiment.to_string_lossy();
     run(&oit, &["sweep", &experiment, "--device", "cpu", "--out", &out_name], &copied, &target);
     let record = oit_record::Record::read(Path::new(&out_name)).expect("a good record");
-    let cell = record.run.cells.iter().position(|cell| cell.technique.contains("/selection/"));
+    let cell = record.run.cells.iter().position(|cell| cell.technique.contains("/comb/"));
     let cell = cell.expect("`all` sweeps the new strategy");
     let exact = record.events.iter().any(|event| {
         matches!(event, oit_record::Event::Verified { cell: of, result }

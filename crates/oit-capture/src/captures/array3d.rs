@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
+use super::rewrite::rewritable_slots;
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
@@ -106,6 +107,10 @@ impl Capture for Array3d {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         [include_str!("array3d_slot.wgsl"), include_str!("array3d_layout.wgsl")].concat().into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable_slots(self, "lfb_stride")
     }
 
     fn random_access(&self) -> bool {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass, Shader};
 
+use super::rewrite::rewritable_slots;
 use crate::draw::{capture_pass, count_pass, coverage, pixel_buffer, pool_slots};
 use crate::scan::{Scan, workgroups};
 use crate::{
@@ -56,6 +57,10 @@ impl Capture for Interleaved {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         [BASE, LAYOUT].concat().into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable_slots(self, "32u")
     }
 
     fn random_access(&self) -> bool {

@@ -10,6 +10,7 @@ use super::interleaved::{
     CAPTURE, COUNT, GROUP, LAYOUT, buffers, count_passes, deepest, gather, group_pass, lay_out,
     places_pass, refuses, usage,
 };
+use super::rewrite::rewritable_slots;
 use crate::draw::{capture_pass, coverage, pixel_buffer};
 use crate::scan::Scan;
 use crate::{
@@ -60,6 +61,10 @@ impl Capture for InterleavedLists {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         [BASE, LAYOUT].concat().into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable_slots(self, "32u")
     }
 
     fn random_access(&self) -> bool {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
+use super::rewrite::rewritable_slots;
 use crate::draw::{
     MOST_BLENDED, capture_pass, copy_counted, count_by_blending, count_pass, counted, coverage,
     pixel_buffer, pool_slots,
@@ -109,6 +110,10 @@ impl Capture for Linearized {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         include_str!("linearized_layout.wgsl").into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable_slots(self, "1u")
     }
 
     fn random_access(&self) -> bool {

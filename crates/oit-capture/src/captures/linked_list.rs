@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use oit_fragments::{Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
+use super::rewrite::rewritable;
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
@@ -98,6 +99,10 @@ impl Capture for LinkedList {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         include_str!("linked_list_layout.wgsl").into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable(self, include_str!("linked_list_rewrite.wgsl"))
     }
 
     fn random_access(&self) -> bool {

@@ -6,6 +6,7 @@ use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
 
 use super::linked_list::{UNCOUNTED, follow};
+use super::rewrite::rewritable;
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
@@ -102,6 +103,10 @@ impl Capture for LinkedPages {
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
         (self.page_wgsl() + include_str!("linked_pages_layout.wgsl")).into()
+    }
+
+    fn rewrite_wgsl(&self) -> Option<Cow<'static, str>> {
+        rewritable(self, include_str!("linked_pages_rewrite.wgsl"))
     }
 
     fn random_access(&self) -> bool {

@@ -1,14 +1,24 @@
 //! The registry of sort strategies. Adding one: `docs/adding-a-sort.md`.
 
+mod bitonic;
 mod cooperative;
+mod early;
+mod heap;
 mod insertion;
 mod insertion_merge;
 mod merge;
 mod network;
+mod network_merge;
 mod network_u64;
+mod odd_even;
 mod passthrough;
 mod rbs;
+mod rbs_heap;
+mod rbs_hier;
 mod rs;
+mod rs_inner;
+mod selection;
+mod shell;
 mod unsorted;
 
 use crate::SortStrategy;
@@ -23,8 +33,22 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &insertion_merge::InsertionMerge::UP_TO_32,
     &insertion_merge::InsertionMerge::UP_TO_64,
     &rs::Rs,
-    &rbs::Rbs,
+    &rbs::Rbs { block: 32 },
     &network::Network,
+    &selection::Selection { early: false },
+    &selection::Selection { early: true },
+    &shell::Shell,
+    &heap::Heap { early: false },
+    &heap::Heap { early: true },
+    &rs_inner::RsInner,
+    &bitonic::Bitonic,
+    &odd_even::OddEven,
+    &rbs::Rbs { block: 8 },
+    &rbs::Rbs { block: 16 },
+    &rbs_heap::RbsHeap,
+    &rbs_hier::RbsHier,
+    &network_merge::NetworkMerge { block: 64 },
+    &network_merge::NetworkMerge { block: 32 },
     &network_u64::NetworkU64,
     &cooperative::COOPERATIVE,
     &cooperative::COOPERATIVE_2,

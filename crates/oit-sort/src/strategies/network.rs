@@ -54,13 +54,17 @@ impl SortStrategy for Network {
     }
 
     fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], _: &mut Vec<Fragment>) {
-        let comparators = comparators(spec.max_frags as usize);
-        match spec.ties {
-            Ties::Total => run(comparators, fragments, |a, b| (a.min(b), a.max(b))),
-            Ties::Depth => {
-                let nearer_first = |a, b| if a >> 32 > b >> 32 { (b, a) } else { (a, b) };
-                run(comparators, fragments, nearer_first);
-            }
+        network_sort(comparators(spec.max_frags as usize), spec.ties, fragments);
+    }
+}
+
+/// The twin of every network: runs the comparators over at most [`SLOTS`] fragments.
+pub(super) fn network_sort(comparators: &[(u8, u8)], ties: Ties, fragments: &mut [Fragment]) {
+    match ties {
+        Ties::Total => run(comparators, fragments, |a, b| (a.min(b), a.max(b))),
+        Ties::Depth => {
+            let nearer_first = |a, b| if a >> 32 > b >> 32 { (b, a) } else { (a, b) };
+            run(comparators, fragments, nearer_first);
         }
     }
 }
@@ -84,6 +88,14 @@ fn run(
         *fragment = Fragment { rgba: slot as u32, depth_key: (slot >> 32) as u32 };
     }
 }
+
+/// The slots of a network that is padded to a power of two, for up to `max_frags` fragments.
+pub(super) fn padded_slots(max_frags: u32) -> usize {
+    (max_frags as usize).next_power_of_two().min(SLOTS)
+}
+
+/// The networks of one wiring, for 1, 2, 4, ... 64 slots, each made when it is first used.
+pub(super) type PaddedNetworks = [OnceLock<Vec<(u8, u8)>>; SLOTS.ilog2() as usize + 1];
 
 /// The comparators of the network of `n` slots (0 to 64), in order: the lower slot first.
 pub(super) fn comparators(n: usize) -> &'static [Comparator] {
@@ -116,13 +128,14 @@ fn merge_exchange(n: usize) -> Vec<(u8, u8)> {
     comparators
 }
 
+/// Tests that every wiring goes through.
 #[cfg(test)]
-mod tests {
+pub(super) mod testing {
     use super::*;
 
     /// The 0-1 principle: a network that sorts every sequence of zeros and ones sorts every
     /// sequence. Bit `i` of `input` is what slot `i` holds.
-    fn sorts_bits(comparators: &[(u8, u8)], n: usize, input: u64) -> bool {
+    pub(in super::super) fn sorts_bits(comparators: &[(u8, u8)], n: usize, input: u64) -> bool {
         let mut bits = input;
         for &(i, j) in comparators {
             let exchange = (bits >> i) & !(bits >> j) & 1;
@@ -133,26 +146,54 @@ mod tests {
         bits == expected
     }
 
-    #[test]
-    fn sorts_every_zero_one_sequence_up_to_16() {
-        for n in 0..=16 {
+    /// Every sequence of zeros and ones up to 16 slots, random ones above, and that the lower slot
+    /// of a comparator comes first.
+    pub(in super::super) fn sorts(comparators: &[(u8, u8)], n: usize) {
+        assert!(comparators.iter().all(|&(i, j)| i < j && usize::from(j) < n), "{n} slots");
+        if n <= 16 {
             for input in 0..1u64 << n {
-                assert!(sorts_bits(comparators(n), n, input), "{n} slots, input {input:b}");
+                assert!(sorts_bits(comparators, n, input), "{n} slots, input {input:b}");
             }
+            return;
+        }
+        let mut state = 0x9E37_79B9_7F4A_7C15u64;
+        for _ in 0..2000 {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            let input = state & (u64::MAX >> (64 - n));
+            assert!(sorts_bits(comparators, n, input), "{n} slots, input {input:b}");
         }
     }
 
+    /// Padding keeps its slots, even beside fragments of the greatest key.
+    pub(in super::super) fn keeps_all_beside_padding(strategy: &dyn SortStrategy) {
+        let greatest = Fragment { rgba: u32::MAX, depth_key: u32::MAX };
+        let below = Fragment { rgba: 7, depth_key: u32::MAX };
+        for ties in Ties::ALL {
+            let spec = SortSpec { min_frags: 1, max_frags: 8, ties, store: Store::Registers };
+            let mut fragments =
+                [greatest, below, greatest, Fragment::new(0.5, [1, 2, 3, 4]), below];
+            let mut expected = fragments.to_vec();
+            strategy.sort(&spec, &mut fragments, &mut Vec::new());
+            expected.sort_by_key(|f| f.key());
+            let mut found = fragments.to_vec();
+            found.sort_by_key(|f| f.key());
+            assert_eq!(found, expected, "no fragment is lost to the padding");
+            assert!(fragments.windows(2).all(|w| !ties.behind(w[0], w[1])));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::{keeps_all_beside_padding, sorts, sorts_bits};
+    use super::*;
+
     #[test]
-    fn sorts_random_zero_one_sequences_up_to_64() {
-        let mut state = 0x9E37_79B9_7F4A_7C15u64;
-        for n in 17..=64 {
-            for _ in 0..2000 {
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
-                let input = state & (u64::MAX >> (64 - n));
-                assert!(sorts_bits(comparators(n), n, input), "{n} slots, input {input:b}");
-            }
+    fn sorts_zero_one_sequences_of_every_size() {
+        for n in 0..=64 {
+            sorts(comparators(n), n);
         }
     }
 
@@ -178,19 +219,6 @@ mod tests {
 
     #[test]
     fn padding_never_moves_even_beside_the_greatest_key() {
-        let greatest = Fragment { rgba: u32::MAX, depth_key: u32::MAX };
-        let below = Fragment { rgba: 7, depth_key: u32::MAX };
-        for ties in Ties::ALL {
-            let spec = SortSpec { min_frags: 1, max_frags: 8, ties, store: Store::Registers };
-            let mut fragments =
-                [greatest, below, greatest, Fragment::new(0.5, [1, 2, 3, 4]), below];
-            let mut expected = fragments.to_vec();
-            Network.sort(&spec, &mut fragments, &mut Vec::new());
-            expected.sort_by_key(|f| f.key());
-            let mut found = fragments.to_vec();
-            found.sort_by_key(|f| f.key());
-            assert_eq!(found, expected, "no fragment is lost to the padding");
-            assert!(fragments.windows(2).all(|w| !ties.behind(w[0], w[1])));
-        }
+        keeps_all_beside_padding(&Network);
     }
 }
