@@ -1,8 +1,11 @@
 //! The figures and tables there are, one file each.
 
 mod bma_figure_5;
+mod bma_figure_7;
+mod bma_figure_8;
 mod compare;
 mod counts;
+mod flights;
 mod layout_views;
 mod lfb_array;
 mod lfb_figure_20_11;
@@ -53,6 +56,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
     &bma_figure_5::BmaFigure5,
+    &bma_figure_7::BmaFigure7,
+    &bma_figure_8::BmaFigure8,
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,

@@ -22,8 +22,8 @@ pub use engine::{
     open_engine,
 };
 pub use experiment::{
-    Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
-    scene_name,
+    Experiment, ExperimentError, Overrides, PathProfile, PlannedCell, Profile, ProfileName,
+    list_experiments, scene_name,
 };
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
 pub use stored::{
@@ -33,5 +33,5 @@ pub use technique::{
     ALIASES, DEEPEST, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique, TechniqueError,
     parse_capture, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties,
 };
-pub use verify::{EXACT_TOLERANCE, Verifier};
+pub use verify::{Check, EXACT_TOLERANCE, Verifier};
 pub use worker::{Spent, serve};

@@ -14,7 +14,7 @@ use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
-use crate::verify::Verifier;
+use crate::verify::{Check, Verifier};
 
 /// What the runner asks.
 #[derive(Debug, Serialize, Deserialize)]
@@ -28,12 +28,12 @@ pub(crate) enum Request {
         view: String,
         width_px: u32,
         height_px: u32,
-        /// Where the picture of the fragments per pixel goes.
-        counts: PathBuf,
+        /// Where the picture of the fragments per pixel goes, if one is wanted.
+        counts: Option<PathBuf>,
     },
     /// Make a technique ready under this cell's number, and compare it with the oracle if asked.
     /// Answered by [`Reply::Prepared`].
-    Prepare { cell: usize, technique: String, verify: bool },
+    Prepare { cell: usize, technique: String, check: Option<Check> },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
     WarmUp { cells: Vec<usize>, at_least_ms: u64 },
@@ -166,10 +166,10 @@ impl Worker {
             }
             Request::View { scene, overrides, view, width_px, height_px, counts } => {
                 let size = FrameSize { width_px, height_px };
-                self.view(&(scene, overrides), &view, size, &counts)
+                self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, verify } => {
-                self.prepare(cell, &technique, verify).map(Reply::Prepared)
+            Request::Prepare { cell, technique, check } => {
+                self.prepare(cell, &technique, check).map(Reply::Prepared)
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
@@ -217,7 +217,7 @@ impl Worker {
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
-        counts: &Path,
+        counts: Option<&Path>,
     ) -> Result<Reply, CellError> {
         self.ready.clear();
         self.verifier = None;
@@ -229,7 +229,7 @@ impl Worker {
         let engine = self.engine()?;
         let histogram = engine.open_view(data)?;
         let verifier = Verifier::new(engine)?;
-        if !counts.exists() {
+        if let Some(counts) = counts.filter(|counts| !counts.exists()) {
             write_counts(counts, verifier.reference())
                 .map_err(|error| CellError::Failed(error.to_string()))?;
         }
@@ -242,12 +242,12 @@ impl Worker {
         &mut self,
         cell: usize,
         technique: &str,
-        verify: bool,
+        check: Option<Check>,
     ) -> Result<Option<Box<Verification>>, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&technique, verify);
+        let prepared = self.prepare_and_verify(&technique, check);
         let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
@@ -260,12 +260,12 @@ impl Worker {
     fn prepare_and_verify(
         &mut self,
         technique: &Technique,
-        verify: bool,
+        check: Option<Check>,
     ) -> Result<(Ready, f64, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
-        let verification = match (verify, &mut self.verifier, &mut self.engine) {
-            (true, Some(verifier), Some(engine)) => {
-                Some(verifier.verify(&mut **engine, technique, ready, &preparation)?)
+        let verification = match (check, &mut self.verifier, &mut self.engine) {
+            (Some(check), Some(verifier), Some(engine)) => {
+                Some(verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?)
             }
             _ => None,
         };

@@ -11,8 +11,8 @@ use toml::{Spanned, Value};
 
 use crate::scene::FRAME_MARK;
 use crate::{
-    Camera, CameraPath, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene, SceneError,
-    Shading, Stripes, View, import, parse_toml,
+    Camera, CameraPath, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene,
+    SceneError, Shading, Stripes, View, import, parse_toml,
 };
 
 #[derive(Deserialize)]
@@ -278,7 +278,9 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
             return Err(invalid(span, &format!("a second view `{name}`")).into());
         }
         if name.contains(FRAME_MARK) {
-            return Err(invalid(span, &format!("view `{name}`: `{FRAME_MARK}` names frames")).into());
+            return Err(
+                invalid(span, &format!("view `{name}`: `{FRAME_MARK}` names frames")).into()
+            );
         }
         views.push(View { name, camera });
     }

@@ -87,9 +87,8 @@ impl CameraPath {
     /// along `up`, or through an impossible volume.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Fault> {
         let file: PathFile = parse_toml(path, text)?;
-        let invalid = |span, sentence: String| {
-            Err(Fault::at(path, text, span, Problem::Invalid(sentence)))
-        };
+        let invalid =
+            |span, sentence: String| Err(Fault::at(path, text, span, Problem::Invalid(sentence)));
         if file.about.get_ref().trim().is_empty() {
             return invalid(file.about.span(), "`about` must say what the path is".into());
         }
@@ -166,7 +165,8 @@ impl CameraPath {
         let around = |of: fn(&Key) -> Vec3| {
             let at = |offset: isize| self.neighbour(index as isize + offset).map(of);
             let (from, to) = (of(&self.keys[index]), at(1).unwrap_or(of(&self.keys[index])));
-            let points = [at(-1).unwrap_or(2.0 * from - to), from, to, at(2).unwrap_or(2.0 * to - from)];
+            let points =
+                [at(-1).unwrap_or(2.0 * from - to), from, to, at(2).unwrap_or(2.0 * to - from)];
             spline(points, u)
         };
         let from = self.keys[index].fov_y_degrees;
