@@ -42,7 +42,7 @@ pub(crate) struct Flight {
 
 const PLOT_PX: (f64, f64) = (440.0, 230.0);
 const LEFT_PX: f64 = 58.0;
-const RIGHT_PX: f64 = 62.0;
+const RIGHT_PX: f64 = 76.0;
 const HEAD_PX: f64 = 24.0;
 const SCALE_PX: f64 = 46.0;
 const LEGEND_STEP_PX: f64 = 17.0;
@@ -109,7 +109,7 @@ impl Flight {
         let middle = f64::midpoint(plot_top, bottom);
         let (area_at, anchor, title_at) = match panel.lines.is_empty() {
             true => (plot - 6.0, Anchor::End, left + 6.0),
-            false => (right + 6.0, Anchor::Start, right + RIGHT_PX - 10.0),
+            false => (right + 6.0, Anchor::Start, right + 52.0),
         };
         for (value, _) in area_axis.ticks() {
             let y = area_axis.at(value);

@@ -16,7 +16,7 @@ const LEAST_FRAMES: usize = 3;
 /// The intervals of the backwards memory allocation paper's Figure 7, and the shade each is drawn
 /// in: the share of white in it.
 pub(super) const INTERVALS: [(usize, usize, f64); 6] =
-    [(1, 8, 0.93), (9, 16, 0.85), (17, 32, 0.73), (33, 64, 0.55), (65, 128, 0.3), (129, 256, 0.0)];
+    [(1, 8, 0.91), (9, 16, 0.83), (17, 32, 0.73), (33, 64, 0.55), (65, 128, 0.3), (129, 256, 0.0)];
 
 /// One frame.
 pub(super) struct Frame<'a> {
