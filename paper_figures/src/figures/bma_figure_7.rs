@@ -150,7 +150,8 @@ fn output(flight: &FlightData) -> Output {
     notes.push(match DRAWN[0].inexact(flight) {
         0 => "No frame here has a pixel that an array of 64 cannot hold.".to_owned(),
         frames => format!(
-            "On {frames} frames an array of 64 is too small for some pixels, and the picture wrong."
+            "An array of 64 is too small for some pixels of {frames} of the frames: the picture is wrong \
+             there."
         ),
     });
     Output {
