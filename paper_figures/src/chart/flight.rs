@@ -207,11 +207,11 @@ mod tests {
     #[test]
     fn areas_are_stacked_on_one_another() {
         let canvas = drawn(vec![series("time", [5.0, 6.0, 7.0])]);
-        let polygons: Vec<_> = canvas.items.iter().filter_map(|item| match item {
+        let polygons = canvas.items.iter().filter_map(|item| match item {
             Item::Polygon { points, .. } => Some(points),
             _ => None,
         });
-        let polygons: Vec<_> = polygons.into_iter().collect();
+        let polygons: Vec<_> = polygons.collect();
         let bottom = HEAD_PX + PLOT_PX.1;
         let height = |area: usize, frame: usize| (bottom - polygons[area][frame].1) / PLOT_PX.1;
         // The whole stack is drawn first: 4, 2 and 2 of 4; then the lower area: 1, 2 and 1 of 4.
