@@ -15,7 +15,7 @@ pub use compare::{Ratio, compare};
 pub use error::{AnalysisError, CompareError};
 pub use run::RunInfo;
 pub use tables::{BOOTSTRAP_SEED, Tables, load};
-pub use technique::{Technique, scene_name, scene_parameters};
+pub use technique::{Technique, path_frame, scene_name, scene_parameters};
 
 /// The stage name under which the sum of `group` and `resolve` is summarised: what the papers call
 /// the resolve pass, which under backwards memory allocation includes grouping the pixels.

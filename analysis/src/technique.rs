@@ -109,6 +109,13 @@ pub fn scene_parameters(scene: &str) -> BTreeMap<&str, &str> {
     pairs.filter_map(|pair| pair.split_once('=')).map(|(k, v)| (k.trim(), v.trim())).collect()
 }
 
+/// The camera path and the frame that a view's name means (`path@frame`), if it names a frame.
+#[must_use]
+pub fn path_frame(view: &str) -> Option<(&str, u32)> {
+    let (path, frame) = view.split_once('@')?;
+    Some((path, frame.parse().ok()?))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,6 +167,15 @@ mod tests {
         assert_eq!(technique.sort, "");
         // An option that is not known makes it another kind of coordinate.
         assert_eq!(Technique::parse("a/b/c/d/e/f").capture, "");
+    }
+
+    #[test]
+    fn a_frame_is_of_a_path() {
+        assert_eq!(path_frame("fly@12"), Some(("fly", 12)));
+        assert_eq!(
+            (path_frame("front"), path_frame("fly@"), path_frame("fly@*")),
+            (None, None, None)
+        );
     }
 
     #[test]

@@ -30,6 +30,7 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         max_alpha_error: 0.0,
         fragments_missing: 0,
         fragments_extra: 0,
+        fragments_compared: true,
         tied_px: 0,
         max_frags: 32,
         pool_initial: 100,

@@ -2,6 +2,7 @@
 
 mod depth_map;
 mod error_scatter;
+mod flight;
 mod histogram;
 mod lines;
 mod ratio_bars;
@@ -10,6 +11,7 @@ mod table_image;
 
 pub(crate) use depth_map::{DepthMap, DepthMaps, MapScale};
 pub(crate) use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
+pub(crate) use flight::{Flight, FlightPanel, FlightSeries};
 pub(crate) use histogram::{DepthHistogram, HistogramSeries};
 pub(crate) use lines::{Line, LinePanel, LinePoint, Lines, Scale};
 pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use analysis::{CellResult, RunInfo, Tables, scene_name};
+use analysis::{CellResult, RunInfo, Tables, path_frame, scene_name};
 
 /// The cells of one view of one scene at one resolution, all from one run on one device.
 #[derive(Clone, Debug)]
@@ -65,7 +65,8 @@ pub(crate) fn slug(text: &str) -> String {
     words.join("-")
 }
 
-/// The groups that hold cells a figure wants, one a device, scene and view, sorted by these.
+/// The groups that hold cells a figure wants, one a device, scene and view, sorted by these. Frames of
+/// camera paths are no views to most figures, and in [`frames`].
 ///
 /// Where several runs of a device hold the view, one of them speaks for it, since times of
 /// different runs are not put side by side: a `full` profile before another, then the one with the
@@ -80,6 +81,24 @@ pub(crate) fn groups<'a>(
 /// The same of groups that hold enough: a run that lacks what a figure compares does not speak for a
 /// view, however many cells of it it has.
 pub(crate) fn groups_with<'a>(
+    tables: &'a Tables,
+    wanted: impl Fn(&CellResult) -> bool,
+    enough: impl Fn(&Group<'a>) -> bool,
+) -> Vec<Group<'a>> {
+    let no_frame = |group: &Group<'a>| path_frame(group.view).is_none() && enough(group);
+    best(tables, wanted, no_frame)
+}
+
+/// The same of frames of camera paths.
+pub(crate) fn frames<'a>(
+    tables: &'a Tables,
+    wanted: impl Fn(&CellResult) -> bool,
+) -> Vec<Group<'a>> {
+    best(tables, wanted, |group| path_frame(group.view).is_some())
+}
+
+/// The groups that hold enough, one a device, scene and view.
+fn best<'a>(
     tables: &'a Tables,
     wanted: impl Fn(&CellResult) -> bool,
     enough: impl Fn(&Group<'a>) -> bool,

@@ -2,9 +2,12 @@
 
 mod bma_figure_3;
 mod bma_figure_5;
+mod bma_figure_7;
+mod bma_figure_8;
 mod bma_intervals;
 mod compare;
 mod counts;
+mod flights;
 mod layout_views;
 mod lfb_array;
 mod lfb_figure_20_11;
@@ -59,6 +62,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_figure_3::BmaFigure3,
     &bma_figure_5::BmaFigure5,
     &bma_intervals::BmaIntervals,
+    &bma_figure_7::BmaFigure7,
+    &bma_figure_8::BmaFigure8,
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{VIEWS, WRONG, lfb, probe, write_counts, write_run};
+use synthetic::{VIEWS, WRONG, flight, lfb, probe, write_counts, write_run};
 
 const DEVICE: &str = "test device";
 
@@ -497,4 +497,43 @@ fn links_of_the_documents_lead_somewhere() {
         }
     }
     assert!(links > 5, "{links} links");
+}
+
+#[test]
+fn a_flight_is_drawn_frame_by_frame() {
+    let root = tempfile::tempdir().unwrap();
+    flight::write_run(&root.path().join("flight"), DEVICE);
+    let tables = read(&[root.path().to_owned()]).unwrap();
+    let seven = drawn("bma-figure-7", &tables);
+    assert_eq!(seven.csv.rows.len(), 4 * 3);
+    let base = "linked_list/base/insertion_merge/fragment/max64/ties-depth";
+    let at = |frame, column| field(&seven, &[("frame", frame), ("technique", base)], column);
+    assert_eq!((at("0", "total_ms"), at("30", "resolve_ms")), ("20".to_owned(), "40".to_owned()));
+    assert_eq!((at("20", "exact"), at("30", "exact")), ("false".to_owned(), "true".to_owned()));
+    assert_eq!((at("20", "peak"), at("20", "px_65_128")), ("99".to_owned(), "5".to_owned()));
+    assert_eq!((at("0", "px_1_8"), at("0", "px_33_64")), ("80".to_owned(), "80".to_owned()));
+    assert!(seven.notes[1].contains("too small for some pixels of 1 of the frames"));
+    // 10 over 7 on every frame.
+    assert!(seven.markdown().contains("| 1.43 |"), "{}", seven.markdown());
+    let eight = drawn("bma-figure-8", &tables);
+    let deep = [("frame", "20"), ("from_fragments", "65")];
+    assert_eq!(field(&eight, &deep, "pixels"), "5");
+
+    // Frames are no views of other figures, and the claims that are of frames find them.
+    let outputs = draw_all(&tables);
+    assert_eq!(outputs.len(), 2, "{:?}", outputs.iter().map(|o| &o.name).collect::<Vec<_>>());
+    let verdicts = claims::verdicts(&tables).unwrap();
+    let said = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap().word();
+    assert_eq!(said("bma-flythrough-in-all-views"), "holds");
+    assert_eq!(said("bma-flythrough-factor"), "holds");
+    for output in [seven, eight] {
+        let page = output.page().unwrap();
+        let boxes = page.text_boxes().unwrap();
+        for (index, (a, first)) in boxes.iter().enumerate() {
+            for (b, second) in &boxes[index + 1..] {
+                let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                assert!(apart, "{}: {first} lies on {second}", output.name);
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! How far an image is from the reference.
 
+use rayon::prelude::*;
+
 use crate::{Image, ImageError};
 
 /// A pixel is wrong if a colour channel is off by more than this: one step of an 8-bit display.
@@ -39,24 +41,53 @@ impl Difference {
 pub fn compare(image: &Image, reference: &[[f64; 4]]) -> Result<Difference, ImageError> {
     image.check()?;
     crate::error::check_len("reference", image.width, image.height, reference.len())?;
-    let mut wrong_px = 0;
-    let mut max_color_error = 0.0_f64;
-    let mut max_alpha_error = 0.0_f64;
-    let mut squares = 0.0;
-    for (pixel, expected) in image.pixels.iter().zip(reference) {
-        let error: [f64; 4] = std::array::from_fn(|c| error(f64::from(pixel[c]), expected[c]));
-        let [r, g, b, alpha] = error;
-        let color = r.max(g).max(b);
-        if color > WRONG_PX_ERROR || alpha.is_infinite() {
-            wrong_px += 1;
-        }
-        max_color_error = max_color_error.max(color);
-        max_alpha_error = max_alpha_error.max(alpha);
-        squares += r * r + g * g + b * b;
-    }
+    // Chunks are added up in order, so that the sum is the same however many threads there are.
+    let chunks = image.pixels.par_chunks(PIXELS_AT_ONCE).zip(reference.par_chunks(PIXELS_AT_ONCE));
+    let parts: Vec<Sums> = chunks.map(|(pixels, expected)| Sums::of(pixels, expected)).collect();
+    let Sums { wrong_px, max_color_error, max_alpha_error, squares } =
+        parts.into_iter().fold(Sums::default(), Sums::and);
     // An image without pixels has no error; 0 / 0 would be NaN.
     let channels = (reference.len() * 3).max(1) as f64;
     Ok(Difference { wrong_px, max_color_error, rmse: (squares / channels).sqrt(), max_alpha_error })
+}
+
+/// Pixels that one thread compares at a time.
+const PIXELS_AT_ONCE: usize = 1 << 14;
+
+/// What some of the pixels come to.
+#[derive(Default)]
+struct Sums {
+    wrong_px: u64,
+    max_color_error: f64,
+    max_alpha_error: f64,
+    squares: f64,
+}
+
+impl Sums {
+    fn of(pixels: &[[f32; 4]], reference: &[[f64; 4]]) -> Self {
+        let mut sums = Self::default();
+        for (pixel, expected) in pixels.iter().zip(reference) {
+            let error: [f64; 4] = std::array::from_fn(|c| error(f64::from(pixel[c]), expected[c]));
+            let [r, g, b, alpha] = error;
+            let color = r.max(g).max(b);
+            if color > WRONG_PX_ERROR || alpha.is_infinite() {
+                sums.wrong_px += 1;
+            }
+            sums.max_color_error = sums.max_color_error.max(color);
+            sums.max_alpha_error = sums.max_alpha_error.max(alpha);
+            sums.squares += r * r + g * g + b * b;
+        }
+        sums
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            wrong_px: self.wrong_px + other.wrong_px,
+            max_color_error: self.max_color_error.max(other.max_color_error),
+            max_alpha_error: self.max_alpha_error.max(other.max_alpha_error),
+            squares: self.squares + other.squares,
+        }
+    }
 }
 
 /// The absolute error of a channel, infinite where it has none. Never NaN.

@@ -304,6 +304,7 @@ fn verify(probe: &ArrayProbe, picture: &[u8], again: &[u8]) -> Verification {
         peak_bytes: None,
         repeat_differs_px: Some(differ as u64),
         prepare_ms: 0.0,
+        fragments_compared: false,
         tuned: None,
         predicted_ns: None,
     }

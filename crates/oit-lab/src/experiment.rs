@@ -1,12 +1,14 @@
 //! Experiment files: axes that expand to cells.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use oit_capture::CAPTURES;
 use oit_fragments::Ties;
 use oit_record::Cell;
-use oit_scene::{Fault, Problem, SceneEntry, SceneError, parse_toml};
+use oit_scene::{
+    Fault, Problem, SceneEntry, SceneError, frame_view, no_such_frame, parse_toml, split_frame_view,
+};
 use oit_sort::SortChoice;
 use serde::Deserialize;
 use toml::Spanned;
@@ -81,9 +83,26 @@ pub struct Profile {
     pub warmup_ms: u64,
     /// Seconds after which a step of a cell is given up as hung.
     pub timeout_s: u64,
+    /// How frames of camera paths are run.
+    #[serde(default)]
+    pub path: PathProfile,
     /// Scene parameters of this profile, by scene.
     #[serde(default)]
     pub scene: BTreeMap<Spanned<String>, Overrides>,
+}
+
+/// How the frames of a camera path are run in one profile.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathProfile {
+    /// The most frames that `path@*` stands for, evenly spaced; all of them where not given.
+    pub frames: Option<u32>,
+    /// Milliseconds that a frame's techniques are run for, at least, where the frame before it was
+    /// of the same path; `warmup_ms` where not given.
+    pub warmup_ms: Option<u64>,
+    /// Of the frames that one `path@*` stands for, every so manieth is verified in full, the first
+    /// among them, and the others by their pictures; every one is in full where not given.
+    pub full_every: Option<u32>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -166,6 +185,10 @@ pub struct PlannedCell {
     pub overrides: Overrides,
     /// The frame's size.
     pub size: FrameSize,
+    /// The camera path whose frame the view is, if it is one.
+    pub camera_path: Option<String>,
+    /// Whether the fragments are compared too, and not only the picture.
+    pub in_full: bool,
 }
 
 impl PlannedCell {
@@ -289,6 +312,9 @@ impl Experiment {
             if profile.samples == 0 || profile.timeout_s == 0 {
                 return Err(invalid("a profile needs samples and a timeout_s above 0"));
             }
+            if profile.path.frames == Some(0) || profile.path.full_every == Some(0) {
+                return Err(invalid("`path.frames` and `path.full_every` are above 0"));
+            }
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self {
@@ -341,7 +367,9 @@ impl Experiment {
             let techniques = sweep.techniques(&place)?;
             let views_now: &[_] = if profiles.contains(&name) { &sweep.views } else { &[] };
             for word in views_now {
-                for (entry, view) in views(&place, word, scenes)? {
+                for MeantView { entry, view, camera_path, in_full } in
+                    views(&place, word, scenes, &profile.path)?
+                {
                     let named =
                         profile.scene.iter().find(|(name, _)| *name.get_ref() == entry.name);
                     for parameters in sweep.scene.each() {
@@ -362,6 +390,8 @@ impl Experiment {
                                     scene: entry.path.clone(),
                                     overrides: overrides.clone(),
                                     size,
+                                    camera_path: camera_path.clone(),
+                                    in_full,
                                 });
                             }
                         }
@@ -370,14 +400,12 @@ impl Experiment {
             }
         }
         // Cells of one view from several blocks come together, in the order views first appear.
-        let mut order: Vec<String> = Vec::new();
+        let mut order: HashMap<String, usize> = HashMap::new();
         for cell in &cells {
-            let group = cell.cell.group();
-            if !order.contains(&group) {
-                order.push(group);
-            }
+            let next = order.len();
+            order.entry(cell.cell.group()).or_insert(next);
         }
-        cells.sort_by_key(|cell| order.iter().position(|group| *group == cell.cell.group()));
+        cells.sort_by_cached_key(|cell| order.get(&cell.cell.group()).copied());
         Ok(cells)
     }
 }
@@ -471,21 +499,68 @@ fn scene<'a, T>(
     })
 }
 
-/// `scene:view`, `scene:*`, or `scene` for all its views.
+/// A view that a word of an experiment means.
+struct MeantView<'a> {
+    entry: &'a SceneEntry,
+    view: String,
+    camera_path: Option<String>,
+    in_full: bool,
+}
+
+/// `scene:view`, `scene:*`, or `scene` for all its views; of a camera path `scene:path@7` for a
+/// frame, `scene:path@*` for all, and `scene:path@*/10` for ten of them, evenly spaced.
 fn views<'a>(
     place: &Place,
     word: &Spanned<String>,
     scenes: &'a [SceneEntry],
-) -> Result<Vec<(&'a SceneEntry, String)>, Fault> {
+    profile: &PathProfile,
+) -> Result<Vec<MeantView<'a>>, Fault> {
     let (name, view) = word.get_ref().split_once(':').unwrap_or((word.get_ref(), "*"));
     let entry = scene(place, word, name, scenes)?;
+    let named =
+        |view: &str| MeantView { entry, view: view.to_owned(), camera_path: None, in_full: true };
     if view == "*" {
-        return Ok(entry.views.iter().map(|view| (entry, view.clone())).collect());
+        return Ok(entry.views.iter().map(|view| named(view)).collect());
     }
     if entry.views.iter().any(|known| known == view) {
-        return Ok(vec![(entry, view.to_owned())]);
+        return Ok(vec![named(view)]);
     }
-    let names = entry.views.iter().map(String::as_str);
+    let of_path = |wanted: &str| entry.paths.iter().find(|path| path.name == wanted);
+    let frame_of = |path: &str, frame: u32, in_full: bool| MeantView {
+        entry,
+        view: frame_view(path, frame),
+        camera_path: Some(path.to_owned()),
+        in_full,
+    };
+    if let Some((wanted, frame)) = split_frame_view(view)
+        && let Some(path) = of_path(wanted)
+    {
+        if frame >= path.frames {
+            return Err(place.fault(word, no_such_frame(wanted, path.frames, frame)));
+        }
+        return Ok(vec![frame_of(wanted, frame, true)]);
+    }
+    if let Some((wanted, share)) = view.split_once("@*")
+        && let Some(path) = of_path(wanted)
+    {
+        let asked = match share.strip_prefix('/').map(str::parse) {
+            None if share.is_empty() => path.frames,
+            Some(Ok(count)) if count > 0 => count,
+            _ => {
+                let sentence = format!("after `{wanted}@*` comes nothing, or `/` and a number");
+                return Err(place.fault(word, Problem::Invalid(sentence)));
+            }
+        };
+        let count = asked.min(profile.frames.unwrap_or(u32::MAX)).min(path.frames);
+        let every = profile.full_every.unwrap_or(1);
+        // In 64 bits: frames and counts are at most ten thousand each, but need not stay so.
+        let frame = |index: u32| u64::from(index) * u64::from(path.frames) / u64::from(count);
+        let frames = (0..count).map(|index| (index, frame(index) as u32));
+        return Ok(frames.map(|(i, frame)| frame_of(wanted, frame, i % every == 0)).collect());
+    }
+    let frames = entry.paths.iter().map(|path| format!("{}@*", path.name));
+    let frames: Vec<String> = frames.collect();
+    let names = entry.views.iter().chain(&frames).map(String::as_str);
     Err(place.fault(word, Problem::unknown("view", view, names)))
 }
 

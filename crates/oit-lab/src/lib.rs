@@ -27,8 +27,8 @@ pub use engine::{
     open_engine,
 };
 pub use experiment::{
-    Experiment, ExperimentError, Overrides, PlannedCell, Profile, ProfileName, list_experiments,
-    scene_name,
+    Experiment, ExperimentError, Overrides, PathProfile, PlannedCell, Profile, ProfileName,
+    list_experiments, scene_name,
 };
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
 pub use stored::{
@@ -44,5 +44,5 @@ pub use tuner::Tuner;
 pub use tuning::{
     Fastest, FromRun, IntervalCost, PixelCost, TUNING_VERSION, Tuning, TuningError, tuning_path,
 };
-pub use verify::{EXACT_TOLERANCE, Verifier};
+pub use verify::{Check, EXACT_TOLERANCE, Verifier};
 pub use worker::{Spent, serve};

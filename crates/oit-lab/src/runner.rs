@@ -17,6 +17,7 @@ use oit_scene::SceneEntry;
 
 use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
 use crate::provenance;
+use crate::verify::Check;
 use crate::worker::{Reply, Request, Spent};
 
 /// How a run is started.
@@ -157,6 +158,8 @@ pub fn run(
         setup,
         samples: experiment.profile(setup.profile).samples,
         warmup_ms: experiment.profile(setup.profile).warmup_ms,
+        frame_warmup_ms: experiment.profile(setup.profile).path.warmup_ms,
+        warm: None,
         timeout: Duration::from_secs(experiment.profile(setup.profile).timeout_s),
         seed: experiment.seed,
         states: cells.iter().map(|_| CellState::default()).collect(),
@@ -253,6 +256,10 @@ struct Session<'a> {
     setup: &'a Setup,
     samples: u32,
     warmup_ms: u64,
+    /// Of a frame of a camera path that follows another.
+    frame_warmup_ms: Option<u64>,
+    /// The scene and the camera path of the view sampled last, if it was a frame of one.
+    warm: Option<(String, String)>,
     timeout: Duration,
     seed: u64,
     cells: Vec<PlannedCell>,
@@ -359,12 +366,21 @@ impl Session<'_> {
         if cells.is_empty() {
             return Ok(());
         }
-        self.warm_up(&cells, client)?;
-        self.clocks(cells[0], "before", client)?;
+        let PlannedCell { cell, camera_path, in_full, .. } = &self.cells[cells[0]];
+        let path = camera_path.clone().map(|path| (cell.scene.clone(), path));
+        // To ask for the clocks takes longer than to sample a frame: of a path's frames those are
+        // asked at that are verified in full.
+        let ask_clocks = *in_full;
+        let follows = path.is_some() && path == self.warm;
+        self.warm_up(&cells, follows, client)?;
+        if ask_clocks {
+            self.clocks(cells[0], "before", client)?;
+        }
         for sample in 0..self.samples {
             self.round(sample, &cells, client)?;
         }
-        self.clocks(cells[0], "after", client)
+        self.warm = path;
+        if ask_clocks { self.clocks(cells[0], "after", client) } else { Ok(()) }
     }
 
     /// Opens the view of these cells. Where that fails, every cell ends with the reason.
@@ -377,7 +393,11 @@ impl Session<'_> {
             view: planned.cell.view.clone(),
             width_px: planned.size.width_px,
             height_px: planned.size.height_px,
-            counts: self.setup.out.join("counts").join(counts_file(&planned.cell)),
+            // Hundreds of frames would come to hundreds of megabytes: of these there are histograms.
+            counts: planned
+                .camera_path
+                .is_none()
+                .then(|| self.setup.out.join("counts").join(counts_file(&planned.cell))),
         };
         // A scene may be large: reading it is given ten times a cell's time.
         let reply = client.ask(&request, self.timeout * 10);
@@ -409,8 +429,9 @@ impl Session<'_> {
         client: &mut Client,
     ) -> Result<(), RunError> {
         let technique = self.cells[cell].cell.technique.clone();
-        let verify = self.states[cell].verdict.is_none();
-        let reply = client.ask(&Request::Prepare { cell, technique, verify }, self.timeout);
+        let check = if self.cells[cell].in_full { Check::All } else { Check::Picture };
+        let check = self.states[cell].verdict.is_none().then_some(check);
+        let reply = client.ask(&Request::Prepare { cell, technique, check }, self.timeout);
         match reply {
             Ok(Reply::Prepared(Some(result))) => {
                 self.states[cell].verdict = Some(result.verdict);
@@ -431,13 +452,21 @@ impl Session<'_> {
         }
     }
 
-    fn warm_up(&mut self, cells: &[usize], client: &mut Client) -> Result<(), RunError> {
-        if self.warmup_ms == 0 {
+    /// Runs the view's live cells until the device is warm, which it nearly is where the view
+    /// `follows` another of the same camera path.
+    fn warm_up(
+        &mut self,
+        cells: &[usize],
+        follows: bool,
+        client: &mut Client,
+    ) -> Result<(), RunError> {
+        let of_frame = self.frame_warmup_ms.filter(|_| follows);
+        let at_least_ms = of_frame.unwrap_or(self.warmup_ms);
+        if at_least_ms == 0 {
             return Ok(());
         }
-        let request = Request::WarmUp { cells: cells.to_vec(), at_least_ms: self.warmup_ms };
-        let allowed =
-            self.timeout * cells.len() as u32 + Duration::from_millis(10 * self.warmup_ms);
+        let request = Request::WarmUp { cells: cells.to_vec(), at_least_ms };
+        let allowed = self.timeout * cells.len() as u32 + Duration::from_millis(10 * at_least_ms);
         if let Ok(Reply::Done) = client.ask(&request, allowed) {
             return Ok(());
         }

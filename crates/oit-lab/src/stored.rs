@@ -72,6 +72,7 @@ pub fn stored_entry(path: &Path) -> SceneEntry {
         path: path.to_owned(),
         about: "Fragments that were captured before.".into(),
         views: vec![STORED_VIEW.into()],
+        paths: Vec::new(),
         asset: Asset::None,
     }
 }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use oit_fragments::{Lfb, MultisetDifference, Ties, oracle};
 use oit_image::{Difference, Image, compare};
 use oit_record::{Verdict, Verification};
+use serde::{Deserialize, Serialize};
 
 use crate::assemble::{intervals, rewrites, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
@@ -13,6 +14,16 @@ use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Technique};
 /// How far a colour channel of an exact technique may be from the oracle. Its arithmetic is single
 /// precision, the oracle's double; the tolerance is four hundred times finer than an 8-bit step.
 pub const EXACT_TOLERANCE: f64 = 1e-5;
+
+/// What of a technique is compared with the oracle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+pub enum Check {
+    /// Its picture, which must be that of the reference's fragments; and the number of fragments
+    /// met, without which a technique is not made ready.
+    Picture,
+    /// The fragments themselves as well, and whether a second run gives the same bits.
+    All,
+}
 
 /// The oracle's picture of the open view, and what has been compared with it.
 pub struct Verifier {
@@ -60,7 +71,7 @@ impl Verifier {
         &self.picture
     }
 
-    /// Compares the last run of a technique with the oracle.
+    /// Compares the last run of a technique with the oracle, in all that is compared.
     ///
     /// # Errors
     /// Where its picture or its fragments cannot be read.
@@ -71,8 +82,22 @@ impl Verifier {
         ready: Ready,
         preparation: &Preparation,
     ) -> Result<Verification, CellError> {
-        let fragments = self.fragments(engine, technique, ready, preparation)?;
-        let image = engine.picture(ready)?;
+        self.verify_by(Check::All, engine, technique, ready, preparation)
+    }
+
+    /// Compares the last run of a technique with the oracle. Where a picture cannot decide, because
+    /// the pool drops fragments or the technique is not meant to be exact, all is compared.
+    ///
+    /// # Errors
+    /// Where its picture or its fragments cannot be read.
+    pub fn verify_by(
+        &mut self,
+        check: Check,
+        engine: &mut dyn Engine,
+        technique: &Technique,
+        ready: Ready,
+        preparation: &Preparation,
+    ) -> Result<Verification, CellError> {
         let inexact = self.inexact(technique)?;
         // How far off it may be: nothing to speak of, what it says itself, or anything.
         let bound = match &inexact {
@@ -80,6 +105,13 @@ impl Verifier {
             Some(inexact) => inexact.bound.map(|bound| bound + EXACT_TOLERANCE),
         };
         let dropping = technique.pool.policy == PoolPolicy::Drop;
+        let all_checked = check == Check::All || dropping || inexact.is_some();
+        let fragments = if all_checked {
+            self.fragments(engine, technique, ready, preparation)?
+        } else {
+            MultisetDifference::default()
+        };
+        let image = engine.picture(ready)?;
         // What is left out is data; what is left must still be blended right.
         let of_stored = match bound {
             Some(bound) if dropping && fragments.missing > 0 => {
@@ -89,14 +121,17 @@ impl Verifier {
             }
             _ => None,
         };
-        engine.run(ready)?;
-        let again = engine.picture(ready)?;
-        let differs =
-            image.pixels.iter().zip(&again.pixels).filter(|(a, b)| bits(**a) != bits(**b));
-        let repeat_differs_px = differs.count() as u64;
+        let repeat_differs_px = if all_checked {
+            engine.run(ready)?;
+            let again = engine.picture(ready)?;
+            let pairs = image.pixels.iter().zip(&again.pixels);
+            Some(pairs.filter(|(a, b)| bits(**a) != bits(**b)).count() as u64)
+        } else {
+            None
+        };
         let all = difference(&image, &self.picture)?;
         let depth_only = technique.ties == Ties::Depth;
-        let decisive = if depth_only && self.tied_px > 0 {
+        let decisive = if depth_only && self.tied_px > 0 && bound.is_none_or(|bound| !within(bound, &all)) {
             difference(&self.without_tied(image), &self.picture)?
         } else {
             all
@@ -133,6 +168,7 @@ impl Verifier {
             max_alpha_error: finite(all.max_alpha_error),
             fragments_missing: fragments.missing,
             fragments_extra: fragments.extra,
+            fragments_compared: all_checked,
             tied_px: if depth_only { self.tied_px } else { 0 },
             max_frags: preparation.max_frags,
             pool_initial: preparation.pool_initial,
@@ -141,7 +177,7 @@ impl Verifier {
             memory_bytes: preparation.memory.map_or(0, |memory| memory.all_bytes),
             lfb_bytes: preparation.memory.map(|memory| memory.lfb_bytes),
             peak_bytes: preparation.memory.map(|memory| memory.peak_bytes),
-            repeat_differs_px: Some(repeat_differs_px),
+            repeat_differs_px,
             prepare_ms: preparation.prepare_ms,
             tuned: None,
             predicted_ns: None,

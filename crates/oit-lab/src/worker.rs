@@ -15,7 +15,7 @@ use crate::experiment::Overrides;
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
 use crate::tuner::Tuner;
-use crate::verify::Verifier;
+use crate::verify::{Check, Verifier};
 
 /// What the runner asks.
 #[derive(Debug, Serialize, Deserialize)]
@@ -29,12 +29,12 @@ pub(crate) enum Request {
         view: String,
         width_px: u32,
         height_px: u32,
-        /// Where the picture of the fragments per pixel goes.
-        counts: PathBuf,
+        /// Where the picture of the fragments per pixel goes, if one is wanted.
+        counts: Option<PathBuf>,
     },
     /// Make a technique ready under this cell's number, and compare it with the oracle if asked.
     /// Answered by [`Reply::Prepared`].
-    Prepare { cell: usize, technique: String, verify: bool },
+    Prepare { cell: usize, technique: String, check: Option<Check> },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
     WarmUp { cells: Vec<usize>, at_least_ms: u64 },
@@ -190,10 +190,10 @@ impl Worker {
             }
             Request::View { scene, overrides, view, width_px, height_px, counts } => {
                 let size = FrameSize { width_px, height_px };
-                self.view(&(scene, overrides), &view, size, &counts)
+                self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, verify } => {
-                self.prepare(cell, &technique, verify).map(Reply::Prepared)
+            Request::Prepare { cell, technique, check } => {
+                self.prepare(cell, &technique, check).map(Reply::Prepared)
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
@@ -241,7 +241,7 @@ impl Worker {
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
-        counts: &Path,
+        counts: Option<&Path>,
     ) -> Result<Reply, CellError> {
         self.ready.clear();
         self.verifier = None;
@@ -254,7 +254,7 @@ impl Worker {
         let engine = self.engine()?;
         let histogram = engine.open_view(data)?;
         let verifier = Verifier::new(engine)?;
-        if !counts.exists() {
+        if let Some(counts) = counts.filter(|counts| !counts.exists()) {
             write_counts(counts, verifier.reference())
                 .map_err(|error| CellError::Failed(error.to_string()))?;
         }
@@ -268,7 +268,7 @@ impl Worker {
         &mut self,
         cell: usize,
         technique: &str,
-        verify: bool,
+        check: Option<Check>,
     ) -> Result<Option<Box<Verification>>, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
@@ -279,7 +279,7 @@ impl Worker {
         let predicted_ns = tuner.predicted_ns(&chosen, histogram, *size);
         let tuned = Some(chosen.to_string()).filter(|name| *name != technique.to_string());
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&chosen, verify);
+        let prepared = self.prepare_and_verify(&chosen, check);
         let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
@@ -292,12 +292,12 @@ impl Worker {
     fn prepare_and_verify(
         &mut self,
         technique: &Technique,
-        verify: bool,
+        check: Option<Check>,
     ) -> Result<(Ready, f64, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
-        let verification = match (verify, &mut self.verifier, &mut self.engine) {
-            (true, Some(verifier), Some(engine)) => {
-                Some(verifier.verify(&mut **engine, technique, ready, &preparation)?)
+        let verification = match (check, &mut self.verifier, &mut self.engine) {
+            (Some(check), Some(verifier), Some(engine)) => {
+                Some(verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?)
             }
             _ => None,
         };

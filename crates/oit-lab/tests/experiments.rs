@@ -174,3 +174,50 @@ fn every_experiment_of_the_repository_expands_in_both_profiles() {
         }
     }
 }
+
+#[test]
+fn a_path_stands_for_its_frames() {
+    let planned = |views: &str, path: &str| {
+        let head = HEAD.replacen("timeout_s = 9\n", &format!("timeout_s = 9\n{path}\n"), 1);
+        let sweep = format!("[[sweep]]\ntechniques = [\"BASE-IS\"]\nviews = [\"{views}\"]\n");
+        let experiment = Experiment::parse(Path::new("x.toml"), head + &sweep)?;
+        experiment.cells(ProfileName::Quick, &scenes())
+    };
+    let cells = planned("atrium:flythrough@*", "").expect("frames");
+    assert_eq!(cells.len(), 300);
+    assert!(cells.iter().all(|cell| cell.in_full));
+    assert_eq!(cells[299].cell.view, "flythrough@299");
+    assert_eq!(cells[7].camera_path.as_deref(), Some("flythrough"));
+
+    let path = "path = { frames = 6, full_every = 3 }";
+    for views in ["atrium:flythrough@*", "atrium:flythrough@*/6", "atrium:flythrough@*/100"] {
+        let cells = planned(views, path).expect("frames");
+        let frames: Vec<&str> = cells.iter().map(|cell| &*cell.cell.view).collect();
+        let expected = [0, 50, 100, 150, 200, 250].map(|frame| format!("flythrough@{frame}"));
+        assert_eq!(frames, expected);
+        let in_full: Vec<bool> = cells.iter().map(|cell| cell.in_full).collect();
+        assert_eq!(in_full, [true, false, false, true, false, false]);
+    }
+    let cells = planned("atrium:flythrough@*/4", path).expect("frames");
+    assert_eq!(cells[1].cell.view, "flythrough@75");
+    let one = planned("atrium:flythrough@120", path).expect("a frame");
+    assert_eq!((one.len(), one[0].in_full), (1, true));
+    // A scene's views are without its frames.
+    assert!(planned("atrium", "").expect("views").iter().all(|cell| cell.camera_path.is_none()));
+
+    for (views, path, message) in [
+        ("atrium:flythrough@300", "", "path `flythrough` has the frames 0 to 299, not 300"),
+        ("atrium:flythrough@*/0", "", "after `flythrough@*` comes nothing, or `/` and a number"),
+        ("atrium:flythrough@*/x", "", "after `flythrough@*` comes nothing, or `/` and a number"),
+        (
+            "atrium:flythrough@07",
+            "",
+            "unknown view `flythrough@07`, the nearest valid: `flythrough@*`",
+        ),
+        ("atrium:flythrough@*", "path = { frames = 0 }", "`path.frames` and `path.full_every` are"),
+        ("planes:fly@*", "", "unknown view `fly@*`"),
+    ] {
+        let error = planned(views, path).expect_err(views).to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}

@@ -163,6 +163,10 @@ pub struct Verification {
     pub fragments_missing: u64,
     /// Fragments that this capture has and the reference lacks.
     pub fragments_extra: u64,
+    /// Whether the fragments themselves were compared. They are not on most frames of a camera path,
+    /// where the picture alone decides: missing and extra are 0 there, unseen.
+    #[serde(default = "compared", skip_serializing_if = "is_compared")]
+    pub fragments_compared: bool,
     /// Pixels on which unlike fragments share a depth; counted where only depth is compared.
     #[serde(default)]
     pub tied_px: u64,
@@ -185,7 +189,8 @@ pub struct Verification {
     /// second together. `None` in older records and on the CPU backend.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_bytes: Option<u64>,
-    /// Pixels that differ in any bit between two runs of the same frame. `None` in older records.
+    /// Pixels that differ in any bit between two runs of the same frame. `None` in older records, and
+    /// where the fragments were not compared: the frame was not repeated there either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeat_differs_px: Option<u64>,
     /// Milliseconds until its pipelines were ready.
@@ -198,6 +203,16 @@ pub struct Verification {
     /// intervals. `None` where the model lacks something, and in older records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_ns: Option<f64>,
+}
+
+/// What a record says that does not say whether fragments were compared: they were.
+fn compared() -> bool {
+    true
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_compared(compared: &bool) -> bool {
+    *compared
 }
 
 /// The verdict on a cell.

@@ -9,15 +9,19 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::{Spanned, Value};
 
+use crate::scene::FRAME_MARK;
 use crate::{
-    Camera, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene, SceneError,
-    Shading, Stripes, View, import, parse_toml,
+    Camera, CameraPath, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene,
+    SceneError, Shading, Stripes, View, import, parse_toml,
 };
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SceneFile {
     about: Spanned<String>,
+    /// Camera paths by name, as files beside this one.
+    #[serde(default)]
+    paths: BTreeMap<Spanned<String>, PathBuf>,
     mesh: Spanned<MeshFile>,
     #[serde(default)]
     shading: Option<Spanned<ShadingFile>>,
@@ -62,7 +66,7 @@ struct ViewFile {
     projection: Projection,
 }
 
-fn y_up() -> [f32; 3] {
+pub(crate) fn y_up() -> [f32; 3] {
     [0.0, 1.0, 0.0]
 }
 
@@ -77,8 +81,19 @@ pub struct SceneEntry {
     pub about: String,
     /// Names of the views, in the order of the file.
     pub views: Vec<String>,
+    /// Its camera paths, by name.
+    pub paths: Vec<PathEntry>,
     /// Whether the mesh file it needs is there.
     pub asset: Asset,
+}
+
+/// What `list` knows of a camera path.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PathEntry {
+    /// As experiments and the command line call it; frame 3 of `fly` is the view `fly@3`.
+    pub name: String,
+    /// How many frames it has.
+    pub frames: u32,
 }
 
 /// The mesh file of a scene.
@@ -104,6 +119,7 @@ struct Checked {
     source: Source,
     shading: Shading,
     views: Vec<View>,
+    paths: Vec<(String, CameraPath)>,
 }
 
 /// Reads a scene file and makes its mesh. `overrides` replace generator parameters: experiments
@@ -114,7 +130,7 @@ struct Checked {
 /// nearest valid words; [`SceneError::MissingAsset`], [`SceneError::Import`],
 /// [`SceneError::Generate`] and [`SceneError::Io`].
 pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, SceneError> {
-    let Checked { about, source, shading, views } = check(path, overrides)?;
+    let Checked { about, source, shading, views, paths } = check(path, overrides)?;
     let mesh = match source {
         Source::Generate(generator, params) => generator
             .generate(&params)
@@ -129,7 +145,7 @@ pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, S
             mesh
         }
     };
-    Ok(Scene { name: stem(path), about, mesh: Arc::new(mesh), shading, views })
+    Ok(Scene { name: stem(path), about, mesh: Arc::new(mesh), shading, views, paths })
 }
 
 /// Every scene file (`*.toml`) of a folder, by name, without building meshes.
@@ -149,7 +165,7 @@ pub fn list(dir: &Path) -> Result<Vec<SceneEntry>, SceneError> {
     paths
         .into_iter()
         .map(|path| {
-            let Checked { about, source, views, .. } = check(&path, &BTreeMap::new())?;
+            let Checked { about, source, views, paths, .. } = check(&path, &BTreeMap::new())?;
             let asset = match source {
                 Source::Generate(..) => Asset::None,
                 Source::Import(asset, _) => match find_asset(&path, &asset) {
@@ -158,7 +174,10 @@ pub fn list(dir: &Path) -> Result<Vec<SceneEntry>, SceneError> {
                 },
             };
             let views = views.into_iter().map(|view| view.name).collect();
-            Ok(SceneEntry { name: stem(&path), path, about, views, asset })
+            let paths = paths.into_iter();
+            let paths = paths.map(|(name, path)| PathEntry { name, frames: path.frames() });
+            let paths = paths.collect();
+            Ok(SceneEntry { name: stem(&path), path, about, views, paths, asset })
         })
         .collect()
 }
@@ -258,12 +277,28 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         if views.iter().any(|earlier| earlier.name == name) {
             return Err(invalid(span, &format!("a second view `{name}`")).into());
         }
+        if name.contains(FRAME_MARK) {
+            return Err(
+                invalid(span, &format!("view `{name}`: `{FRAME_MARK}` names frames")).into()
+            );
+        }
         views.push(View { name, camera });
     }
     if views.is_empty() {
         return Err(invalid(views_span, "`views` must hold at least one view").into());
     }
-    Ok(Checked { about: file.about.into_inner(), source, shading, views })
+    let mut paths = Vec::new();
+    for (name, beside) in file.paths {
+        let span = name.span();
+        let name = name.into_inner();
+        if name.contains(FRAME_MARK) || views.iter().any(|view| view.name == name) {
+            let sentence = format!("path `{name}`: a view's name, or one with `{FRAME_MARK}`");
+            return Err(invalid(span, &sentence).into());
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        paths.push((name, CameraPath::load(&folder.join(beside))?));
+    }
+    Ok(Checked { about: file.about.into_inner(), source, shading, views, paths })
 }
 
 fn check_shading(shading: &ShadingFile) -> Result<Shading, &'static str> {

@@ -1,7 +1,7 @@
 //! Meshes, cameras and shading: generators, importers and the scene files that name them.
 //!
 //! A scene is one triangle mesh, its shading and the views it is seen from. It is read from a TOML
-//! file by [`load`]; the mesh comes from a [`Generator`] (a pure function of its parameters) or from
+//! file by [`load`], with the camera paths it names ([`CameraPath`]); the mesh comes from a [`Generator`] (a pure function of its parameters) or from
 //! a glTF or PLY file. Triangles are kept in the order in which they are to be submitted, because
 //! sorts that adapt to sorted input are measured with it.
 
@@ -13,18 +13,20 @@ pub mod import;
 mod mesh;
 mod nearest;
 mod parameter;
+mod path;
 mod random;
 mod scene;
 mod shading;
 
 pub use camera::{Camera, Projection};
 pub use fault::{Fault, Problem, parse_toml};
-pub use file::{Asset, SceneEntry, list, load};
+pub use file::{Asset, PathEntry, SceneEntry, list, load};
 pub use generate::{GENERATORS, GenerateError, Generator};
 pub use import::ImportError;
 pub use mesh::{MAX_TRIANGLES, Mesh, Vertex, shuffle_triangles};
 pub use nearest::nearest;
 pub use parameter::{Kind, Parameter, Params};
+pub use path::{CameraPath, MAX_FRAMES};
 pub use random::SplitMix64;
-pub use scene::{Scene, SceneError, View};
+pub use scene::{Scene, SceneError, View, frame_view, no_such_frame, split_frame_view};
 pub use shading::{Shading, Stripes};

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::{Camera, Fault, GenerateError, ImportError, Mesh, Problem, Shading};
+use crate::{Camera, CameraPath, Fault, GenerateError, ImportError, Mesh, Problem, Shading};
 
 /// A mesh, its shading and the views it is seen from.
 #[derive(Debug, Clone)]
@@ -16,6 +16,26 @@ pub struct Scene {
     pub shading: Shading,
     /// At least one; names are unique.
     pub views: Vec<View>,
+    /// Camera paths by name. Each frame of one is a view as well, named `path@frame`.
+    pub paths: Vec<(String, CameraPath)>,
+}
+
+/// What stands between a path's name and a frame's number.
+pub(crate) const FRAME_MARK: char = '@';
+
+/// The name of a path's frame as a view: `path@frame`.
+#[must_use]
+pub fn frame_view(path: &str, frame: u32) -> String {
+    format!("{path}{FRAME_MARK}{frame}")
+}
+
+/// The path and the frame that a view's name means, if it names a frame.
+#[must_use]
+pub fn split_frame_view(view: &str) -> Option<(&str, u32)> {
+    let (path, digits) = view.split_once(FRAME_MARK)?;
+    let frame = digits.parse().ok()?;
+    // One name a frame: neither `+7` nor `007`.
+    (frame_view(path, frame) == view).then_some((path, frame))
 }
 
 /// A named camera.
@@ -28,19 +48,35 @@ pub struct View {
 }
 
 impl Scene {
-    /// The view of that name.
+    /// The view of that name, a frame of a path (`path@frame`) among them.
     ///
     /// # Errors
-    /// [`SceneError::UnknownView`], with the nearest names.
-    pub fn view(&self, name: &str) -> Result<&View, SceneError> {
-        self.views.iter().find(|view| view.name == name).ok_or_else(|| {
-            let names = self.views.iter().map(|view| view.name.as_str());
-            SceneError::UnknownView {
-                scene: self.name.clone(),
-                problem: Problem::unknown("view", name, names),
+    /// [`SceneError::UnknownView`], with the nearest names or the path's frames.
+    pub fn view(&self, name: &str) -> Result<View, SceneError> {
+        if let Some(view) = self.views.iter().find(|view| view.name == name) {
+            return Ok(view.clone());
+        }
+        let unknown = |problem| SceneError::UnknownView { scene: self.name.clone(), problem };
+        let of_path = |wanted: &str| self.paths.iter().find(|(known, _)| known == wanted);
+        if let Some((wanted, frame)) = split_frame_view(name)
+            && let Some((_, path)) = of_path(wanted)
+        {
+            if frame >= path.frames() {
+                return Err(unknown(no_such_frame(wanted, path.frames(), frame)));
             }
-        })
+            return Ok(View { name: name.to_owned(), camera: path.camera(frame) });
+        }
+        let frames = self.paths.iter().map(|(path, _)| frame_view(path, 0));
+        let frames: Vec<String> = frames.collect();
+        let names = self.views.iter().map(|view| &view.name).chain(&frames);
+        Err(unknown(Problem::unknown("view", name, names.map(String::as_str))))
     }
+}
+
+/// A frame that a path of so many does not have.
+#[must_use]
+pub fn no_such_frame(path: &str, frames: u32, frame: u32) -> Problem {
+    Problem::Invalid(format!("path `{path}` has the frames 0 to {}, not {frame}", frames - 1))
 }
 
 /// Why a scene could not be loaded.

@@ -89,6 +89,54 @@ fn an_unknown_view_is_named() {
     assert_eq!(error.to_string(), message);
 }
 
+#[test]
+fn a_frame_of_a_path_is_a_view() {
+    let entries = list(&scenes()).unwrap();
+    let atrium = entries.iter().find(|entry| entry.name == "atrium").unwrap();
+    let [path] = &atrium.paths[..] else { panic!("{:?}", atrium.paths) };
+    assert_eq!((path.name.as_str(), path.frames), ("flythrough", 300));
+    let scene = load(&atrium.path, &overrides(&[("detail", 0.01.into())])).unwrap();
+    let (_, path) = &scene.paths[0];
+    assert!(path.is_closed() && path.about().len() > 100);
+    let view = scene.view("flythrough@120").unwrap();
+    assert_eq!((view.name.as_str(), view.camera), ("flythrough@120", path.camera(120)));
+    // It stays inside the outer walls, above the floor and below the eaves.
+    for frame in 0..300 {
+        let [x, y, z] = path.camera(frame).eye;
+        assert!(x.abs() < 17.8 && (0.5..9.0).contains(&y) && z.abs() < 8.8, "{frame}: {x} {y} {z}");
+    }
+    for (name, message) in [
+        ("flythrough@300", "scene `atrium`: path `flythrough` has the frames 0 to 299, not 300"),
+        ("flythrough@x", "unknown view `flythrough@x`, the nearest valid: `flythrough@0`"),
+        ("flythrough@+1", "unknown view `flythrough@+1`"),
+    ] {
+        let error = scene.view(name).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn a_mistake_in_a_path_is_of_its_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let scene = dir.path().join("scene.toml");
+    let with = |name: &str| {
+        std::fs::write(
+            &scene,
+            GOOD.replacen("\n\n[mesh]", &format!("\npaths.{name}\n\n[mesh]"), 1),
+        )
+        .unwrap();
+        load(&scene, &BTreeMap::new()).unwrap_err().to_string()
+    };
+    std::fs::write(dir.path().join("p.path"), "about = \"x\"\nframs = 3\n").unwrap();
+    let error = with("fly = \"p.path\"");
+    assert!(
+        error.contains("p.path:2: unknown key `frams`, the nearest valid: `frames`"),
+        "{error}"
+    );
+    assert!(with("fly = \"q.path\"").contains("q.path: "));
+    assert!(with("a = \"p.path\"").contains("scene.toml:2: path `a`: a view's name"));
+}
+
 const GOOD: &str = r#"about = "A test."
 
 [mesh]

@@ -15,7 +15,7 @@ pub(super) trait Evidence {
     /// What a technique takes of memory.
     fn memory(&self, technique: &str, view: &View) -> Result<Memory, String>;
 
-    /// The views of a scene there are.
+    /// The views of a scene there are, frames of camera paths among them.
     fn views(&self, scene: &str) -> Vec<String>;
 
     /// The fragments of all pixels of a view.

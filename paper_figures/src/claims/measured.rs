@@ -3,7 +3,7 @@
 use analysis::{CellResult, Ratio, Tables};
 
 use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
-use crate::data::{Group, groups, groups_with, view_of};
+use crate::data::{Group, frames, groups, groups_with, view_of};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
 use crate::series::series;
 use crate::technique_names::{coordinates, find};
@@ -27,9 +27,10 @@ impl<'a> Measured<'a> {
         measured
     }
 
-    /// The groups of this device that hold any of some cells.
+    /// The groups of this device that hold any of some cells, frames of camera paths among them.
     fn groups(&self, wanted: impl Fn(&CellResult) -> bool) -> Vec<Group<'a>> {
-        let mut groups = groups(self.tables, wanted);
+        let mut groups = groups(self.tables, &wanted);
+        groups.extend(frames(self.tables, &wanted));
         groups.retain(|group| group.run.device() == self.device);
         groups
     }

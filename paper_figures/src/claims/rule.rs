@@ -42,7 +42,7 @@ pub enum MemoryOf {
 }
 
 /// What must be measured. A view is a scene's name without parameters and a view's name, or `*`
-/// for every view recorded.
+/// for every view recorded, or `path@*` for every frame recorded of a camera path.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Rule {
@@ -356,8 +356,12 @@ impl Combine {
 fn expanded(views: &[View], evidence: &dyn Evidence) -> Result<Vec<View>, String> {
     let mut all = Vec::new();
     for (scene, view) in views {
-        if view == "*" {
-            all.extend(evidence.views(scene).into_iter().map(|view| (scene.clone(), view)));
+        let path = view.strip_suffix("@*");
+        if view == "*" || path.is_some() {
+            // A star stands for views, or for the frames of one path.
+            let meant = |view: &String| analysis::path_frame(view).map(|(path, _)| path) == path;
+            let meant = evidence.views(scene).into_iter().filter(meant);
+            all.extend(meant.map(|view| (scene.clone(), view)));
         } else {
             all.push((scene.clone(), view.clone()));
         }
@@ -369,6 +373,9 @@ fn expanded(views: &[View], evidence: &dyn Evidence) -> Result<Vec<View>, String
     Ok(all)
 }
 
+/// More views than this are told of by their least, greatest and mean figure.
+const MOST_TOLD: usize = 16;
+
 /// One figure a view, and these as text.
 fn each(
     views: &[View],
@@ -377,6 +384,12 @@ fn each(
 ) -> Result<(Vec<f64>, String), String> {
     let views = expanded(views, evidence)?;
     let figures = views.iter().map(figure).collect::<Result<Vec<f64>, String>>()?;
+    if views.len() > MOST_TOLD {
+        let (least, most) = (Combine::Least.of(&figures), Combine::Greatest.of(&figures));
+        let mean = Combine::Mean.of(&figures);
+        let detail = format!("{least:.2} to {most:.2}, mean {mean:.2}, on {} views", views.len());
+        return Ok((figures, detail));
+    }
     let parts = views.iter().zip(&figures);
     let parts: Vec<String> =
         parts.map(|((scene, view), figure)| format!("{scene} {view} {figure:.2}")).collect();

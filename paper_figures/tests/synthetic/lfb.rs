@@ -146,6 +146,7 @@ fn verification(technique: &str, histogram: &[u64]) -> Verification {
         max_alpha_error: 0.0,
         fragments_missing: missing,
         fragments_extra: 0,
+        fragments_compared: true,
         tied_px: 0,
         max_frags: peak.next_power_of_two() as u32,
         pool_initial: slots * percent / 100,

@@ -1,5 +1,6 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
+pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod probe;
 
@@ -125,6 +126,7 @@ fn verification(technique: &str, peak: u32) -> Verification {
         max_alpha_error: rmse,
         fragments_missing: 0,
         fragments_extra: 0,
+        fragments_compared: true,
         tied_px: 0,
         max_frags: peak.next_power_of_two(),
         pool_initial: 1000,

@@ -1,9 +1,11 @@
 //! `linked_list`, `linked_list_subgroup`: a list of nodes a pixel.
 
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use oit_fragments::{Lfb, LfbError};
+use oit_fragments::{Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Pass};
+use rayon::prelude::*;
 
 use super::rewrite::rewritable;
 use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
@@ -27,9 +29,12 @@ pub struct LinkedList {
 /// For capture passes that need not count.
 pub(super) const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
 
-/// The links of every pixel, each followed from its head to its end; `take` takes what the `what`
-/// (a node, a page) of this number holds, and returns how many fragments there are by then. Returns
-/// where each pixel's fragments start, and where the last ends.
+/// Pixels whose links one thread follows at a time.
+const PIXELS_AT_ONCE: usize = 4096;
+
+/// The links of every pixel, each followed from its head to its end, many pixels at once; `take`
+/// appends what the `what` (a node, a page) of this number holds. Returns where each pixel's
+/// fragments start, where the last ends, and the fragments.
 ///
 /// # Errors
 /// Where something is linked twice, is none of those used, or is linked nowhere.
@@ -37,37 +42,50 @@ pub(super) fn follow(
     what: &str,
     heads: &[u32],
     nexts: &[u32],
-    mut take: impl FnMut(usize) -> usize,
-) -> Result<Vec<usize>, CaptureError> {
-    let mut seen = vec![false; nexts.len()];
-    let mut offsets = Vec::with_capacity(heads.len() + 1);
-    let mut end = 0;
-    offsets.push(end);
-    for (pixel, &head) in heads.iter().enumerate() {
-        let mut link = head;
-        while link != 0 {
-            let place = link as usize - 1;
-            match seen.get_mut(place) {
-                Some(seen) if !*seen => *seen = true,
-                Some(_) => {
-                    let what = format!("{what} {place} is linked twice");
-                    return Err(LfbError::Structure { pixel, what }.into());
-                }
-                None => {
-                    let used = nexts.len();
-                    let what = format!("{what} {place} of a pool in which {used} are used");
-                    return Err(LfbError::Structure { pixel, what }.into());
-                }
+    take: impl Fn(usize, &mut Vec<Fragment>) + Sync,
+) -> Result<(Vec<usize>, Vec<Fragment>), CaptureError> {
+    // What was met ends every walk, so that links that run in a circle do as well.
+    let seen: Vec<AtomicBool> = nexts.iter().map(|_| AtomicBool::new(false)).collect();
+    let walk = |first: usize, heads: &[u32]| {
+        let (mut ends, mut taken) = (Vec::with_capacity(heads.len()), Vec::new());
+        for (pixel, &head) in (first..).zip(heads) {
+            let mut link = head;
+            while link != 0 {
+                let place = link as usize - 1;
+                let what = match seen.get(place).map(|seen| seen.swap(true, Ordering::Relaxed)) {
+                    Some(false) => {
+                        take(place, &mut taken);
+                        link = nexts[place];
+                        continue;
+                    }
+                    Some(true) => format!("{what} {place} is linked twice"),
+                    None => {
+                        let used = nexts.len();
+                        format!("{what} {place} of a pool in which {used} are used")
+                    }
+                };
+                return Err(LfbError::Structure { pixel, what });
             }
-            end = take(place);
-            link = nexts[place];
+            ends.push(taken.len());
         }
-        offsets.push(end);
+        Ok((ends, taken))
+    };
+    let chunks = heads.par_chunks(PIXELS_AT_ONCE).enumerate();
+    let walked: Vec<_> = chunks.map(|(index, heads)| walk(index * PIXELS_AT_ONCE, heads)).collect();
+    let mut offsets = Vec::with_capacity(heads.len() + 1);
+    offsets.push(0);
+    let mut parts = Vec::with_capacity(walked.len());
+    let mut first = 0;
+    for part in walked {
+        let (ends, taken) = part?;
+        offsets.extend(ends.into_iter().map(|end| first + end));
+        first += taken.len();
+        parts.push(taken);
     }
-    match seen.iter().position(|seen| !seen) {
-        Some(node) => Err(CaptureError::Lost { node }),
-        None => Ok(offsets),
+    if let Some(node) = seen.iter().position(|seen| !seen.load(Ordering::Relaxed)) {
+        return Err(CaptureError::Lost { node });
     }
+    Ok((offsets, parts.concat()))
 }
 
 impl LinkedList {
@@ -155,11 +173,8 @@ impl Capture for LinkedList {
         let nexts = read.words("nexts", stored)?;
         let fragments = read.fragments(stored)?;
 
-        let mut listed = Vec::with_capacity(fragments.len());
-        let offsets = follow("node", &heads, &nexts, |node| {
-            listed.push(fragments[node]);
-            listed.len()
-        })?;
+        let (offsets, listed) =
+            follow("node", &heads, &nexts, |node, listed| listed.push(fragments[node]))?;
         Ok(Lfb::new(read.width_px, read.height_px, offsets, listed)?)
     }
 

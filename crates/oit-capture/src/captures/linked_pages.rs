@@ -168,12 +168,10 @@ impl Capture for LinkedPages {
         let fills = read.words("fills", pages)?;
         let slots = read.fragments(pages * u64::from(self.page))?;
 
-        let mut listed = Vec::new();
-        let offsets = follow("page", &heads, &nexts, |page| {
+        let (offsets, listed) = follow("page", &heads, &nexts, |page, listed| {
             let first = page * self.page as usize;
             let held = self.held(fills[page]) as usize;
             listed.extend(slots[first..first + held].iter().rev());
-            listed.len()
         })?;
         Ok(Lfb::new(read.width_px, read.height_px, offsets, listed)?)
     }

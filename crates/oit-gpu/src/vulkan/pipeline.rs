@@ -29,6 +29,8 @@ pub(super) struct Pipelines {
     by_key: HashMap<PipelineKey, Rc<Pipeline>>,
     cache: vk::PipelineCache,
     file: CacheFile,
+    /// Whether a pipeline was compiled since the cache was last stored.
+    unstored: bool,
 }
 
 impl Pipelines {
@@ -40,7 +42,7 @@ impl Pipelines {
         // before it), and the driver checks its header.
         let cache = unsafe { gpu.device.create_pipeline_cache(&create, None) }
             .map_err(|error| failure("creating a pipeline cache", error))?;
-        Ok(Self { gpu: gpu.clone(), by_key: HashMap::new(), cache, file })
+        Ok(Self { gpu: gpu.clone(), by_key: HashMap::new(), cache, file, unstored: false })
     }
 
     /// The pipeline of this key, compiled at its first use.
@@ -63,12 +65,17 @@ impl Pipelines {
             PipelineKey::Raster(state) => self.raster(label, reflection, pipeline.layout, state)?,
         };
         let pipeline = Rc::new(pipeline);
+        self.unstored = true;
         self.by_key.insert(key, pipeline.clone());
         Ok(pipeline)
     }
 
     /// Stores the driver's cache if it has grown.
     pub(super) fn store(&mut self) {
+        // To ask a driver for its cache is to copy it.
+        if !std::mem::take(&mut self.unstored) {
+            return;
+        }
         // SAFETY: the cache is alive.
         if let Ok(data) = unsafe { self.gpu.device.get_pipeline_cache_data(self.cache) }
             && self.file.is_new(data.len())
