@@ -116,6 +116,9 @@ struct SweepFile {
     #[serde(default)]
     pools: Vec<Spanned<toml::Value>>,
     views: Vec<Spanned<String>>,
+    /// Whether pictures of these cells are kept beside the record.
+    #[serde(default)]
+    keep_images: bool,
     /// Scene parameters of this block, for all its scenes: one table, or several, each of them a
     /// scene of its own.
     #[serde(default)]
@@ -157,6 +160,8 @@ pub struct PlannedCell {
     pub overrides: Overrides,
     /// The frame's size.
     pub size: FrameSize,
+    /// Whether its pictures are kept beside the record.
+    pub keep_images: bool,
 }
 
 impl PlannedCell {
@@ -340,7 +345,11 @@ impl Experiment {
                                     scene: entry.path.clone(),
                                     overrides: overrides.clone(),
                                     size,
+                                    keep_images: sweep.keep_images,
                                 });
+                            } else if sweep.keep_images {
+                                let same = cells.iter_mut().find(|known| known.cell == cell);
+                                same.into_iter().for_each(|known| known.keep_images = true);
                             }
                         }
                     }

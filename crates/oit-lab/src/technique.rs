@@ -74,6 +74,9 @@ pub enum Schedule {
     /// The same where the capture counts fragments in the stencil, and intervals are resolved from
     /// the deepest to the shallowest. Fragment stage only, up to 255 fragments.
     BmaStencilCount,
+    /// The program of [`Self::Base`] on one interval's pixels after another, grouped as under
+    /// [`Self::Bma`]: what the base's one program takes for each interval.
+    BaseIntervals,
 }
 
 /// Where resolve programs run.
@@ -99,7 +102,7 @@ pub const DEEPEST: u32 = 4096;
 
 impl Schedule {
     /// Every schedule, in the order they are listed, with what it does.
-    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+    pub const ALL: [(Self, &'static str, &'static str); 5] = [
         (Self::Base, "base", "one resolve program for all pixels"),
         (
             Self::BaseStencil,
@@ -119,6 +122,12 @@ impl Schedule {
             "bma in the fragment stage where the capture counts fragments in the stencil and \
              intervals are resolved in descending order; no interval may begin above 255",
         ),
+        (
+            Self::BaseIntervals,
+            "base-intervals",
+            "base's one program, with its array for the deepest pixel, on the pixels of one interval \
+             after another, grouped as under bma: to time base by intervals, not to be fast",
+        ),
     ];
 
     /// Whether it masks pixels by what the capture leaves in the stencil: then it has the fragment
@@ -128,10 +137,16 @@ impl Schedule {
         matches!(self, Self::BaseStencil | Self::BmaStencilCount)
     }
 
-    /// Whether it has one program for each interval of depth complexity.
+    /// Whether it resolves the pixels of one interval of depth complexity after another.
     #[must_use]
     pub fn has_intervals(self) -> bool {
-        matches!(self, Self::Bma | Self::BmaStencilCount)
+        matches!(self, Self::Bma | Self::BmaStencilCount | Self::BaseIntervals)
+    }
+
+    /// Whether it groups pixels by the counts of a capture: by masks or by lists.
+    #[must_use]
+    pub fn groups(self) -> bool {
+        matches!(self, Self::Bma | Self::BaseIntervals)
     }
 }
 
@@ -189,6 +204,7 @@ impl fmt::Display for Technique {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let schedule = match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
+            (Schedule::BaseIntervals, _) => "base-intervals",
             (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
@@ -348,9 +364,16 @@ impl FromStr for Technique {
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
             ("base", _) => Schedule::Base,
+            ("base-intervals", _) => Schedule::BaseIntervals,
             (other, _) => {
-                let valid =
-                    ["base", "base-stencil", "bma-stencil", "bma-stencil-count", "bma-list"];
+                let valid = [
+                    "base",
+                    "base-stencil",
+                    "base-intervals",
+                    "bma-stencil",
+                    "bma-stencil-count",
+                    "bma-list",
+                ];
                 return Err(unknown("schedule", other, valid));
             }
         };
@@ -389,6 +412,8 @@ mod tests {
             "linearized/base/passthrough/compute/max8/pool50",
             "linearized/base-stencil/insertion/fragment/peak/ties-depth/pool100-drop",
             "linked_list/bma-stencil-count/rbs/fragment/peak",
+            "linked_list/base-intervals/merge/fragment/max512/ties-depth",
+            "linked_list/base-intervals/merge/compute/peak",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }

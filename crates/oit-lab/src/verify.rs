@@ -6,7 +6,7 @@ use oit_fragments::{Lfb, MultisetDifference, Ties, oracle};
 use oit_image::{Difference, Image, compare};
 use oit_record::{Verdict, Verification};
 
-use crate::assemble::{intervals, sort_spec};
+use crate::assemble::{array, intervals, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
 use crate::technique::{PoolPolicy, Schedule, Technique};
 
@@ -169,8 +169,9 @@ impl Verifier {
 
     /// Why a technique is not meant to be exact on this view, if it is not.
     fn inexact(&self, technique: &Technique) -> Result<Option<String>, CellError> {
-        for interval in intervals(technique, self.peak)?.iter() {
-            let (strategy, _) = sort_spec(technique, interval)?;
+        let intervals = intervals(technique, self.peak)?;
+        for interval in intervals.iter() {
+            let (strategy, _) = sort_spec(technique, array(technique, &intervals, interval))?;
             if !strategy.sorts() {
                 return Ok(Some(format!("{} does not sort", strategy.name())));
             }

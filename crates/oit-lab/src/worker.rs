@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
+use crate::kept;
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
 use crate::verify::Verifier;
@@ -33,7 +34,13 @@ pub(crate) enum Request {
     },
     /// Make a technique ready under this cell's number, and compare it with the oracle if asked.
     /// Answered by [`Reply::Prepared`].
-    Prepare { cell: usize, technique: String, verify: bool },
+    Prepare {
+        cell: usize,
+        technique: String,
+        verify: bool,
+        /// Where its pictures are kept once it is compared, if they are: see [`kept::keep`].
+        images: Option<PathBuf>,
+    },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
     WarmUp { cells: Vec<usize>, at_least_ms: u64 },
@@ -53,7 +60,7 @@ pub(crate) enum Reply {
     /// A technique is ready.
     Prepared(Option<Box<Verification>>),
     /// One timing.
-    Sampled { stages_ns: Vec<(String, u64)>, total_ns: u64 },
+    Sampled { stages_ns: Vec<(String, u64)>, parts_ns: Vec<(String, u64)>, total_ns: u64 },
     /// Done.
     Done,
     /// Milliseconds spent.
@@ -168,8 +175,8 @@ impl Worker {
                 let size = FrameSize { width_px, height_px };
                 self.view(&(scene, overrides), &view, size, &counts)
             }
-            Request::Prepare { cell, technique, verify } => {
-                self.prepare(cell, &technique, verify).map(Reply::Prepared)
+            Request::Prepare { cell, technique, verify, images } => {
+                self.prepare(cell, &technique, verify, images.as_deref()).map(Reply::Prepared)
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
@@ -243,11 +250,12 @@ impl Worker {
         cell: usize,
         technique: &str,
         verify: bool,
+        images: Option<&Path>,
     ) -> Result<Option<Box<Verification>>, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&technique, verify);
+        let prepared = self.prepare_and_verify(&technique, verify, images);
         let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
@@ -261,11 +269,18 @@ impl Worker {
         &mut self,
         technique: &Technique,
         verify: bool,
+        images: Option<&Path>,
     ) -> Result<(Ready, f64, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
         let verification = match (verify, &mut self.verifier, &mut self.engine) {
             (true, Some(verifier), Some(engine)) => {
-                Some(verifier.verify(&mut **engine, technique, ready, &preparation)?)
+                let result = verifier.verify(&mut **engine, technique, ready, &preparation)?;
+                if let Some(stem) = images {
+                    let counts: Vec<u32> = verifier.reference().counts().collect();
+                    kept::keep(stem, &engine.picture(ready)?, verifier.picture(), &counts)
+                        .map_err(|error| CellError::Failed(error.to_string()))?;
+                }
+                Some(result)
             }
             _ => None,
         };
@@ -284,7 +299,13 @@ impl Worker {
     fn sample(&mut self, cell: usize) -> Result<Reply, CellError> {
         let timing = self.run(cell)?;
         let stages_ns = timing.stages.iter().map(|(stage, ns)| ((*stage).to_owned(), *ns));
-        Ok(Reply::Sampled { stages_ns: stages_ns.collect(), total_ns: timing.total_ns })
+        let parts_ns = timing.parts.iter();
+        let parts_ns = parts_ns.map(|((stage, part), ns)| (format!("{stage}[{part}]"), *ns));
+        Ok(Reply::Sampled {
+            stages_ns: stages_ns.collect(),
+            parts_ns: parts_ns.collect(),
+            total_ns: timing.total_ns,
+        })
     }
 
     /// Clocks rise under load: rounds are run until they stop getting faster, for ten times the

@@ -188,7 +188,8 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
                 stages_ns.values_mut().for_each(|ns| *ns = 1);
             }
             let total_ns = stages_ns.values().sum::<u64>() + 500;
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
