@@ -1,8 +1,16 @@
 //! The figures and tables there are, one file each.
 
+mod bma_figure_4;
 mod bma_figure_5;
+mod bma_figure_6;
+mod bma_figure_9;
+mod bma_overhead;
+mod bma_table_1;
+mod bma_table_2;
+pub(crate) mod bma_views;
 mod compare;
 mod counts;
+mod images;
 mod layout_views;
 mod lfb_array;
 mod lfb_figure_20_11;
@@ -52,7 +60,13 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &bma_table_1::BmaTable1,
+    &bma_table_2::BmaTable2,
+    &bma_figure_4::BmaFigure4,
     &bma_figure_5::BmaFigure5,
+    &bma_figure_6::BmaFigure6,
+    &bma_figure_9::BmaFigure9,
+    &bma_overhead::BmaOverhead,
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,

@@ -74,7 +74,10 @@ mod tests {
     fn the_sums_are_those_of_every_window_counted_by_itself() {
         let counts: Vec<u32> = (0..7 * 6).map(|i| (i * i * 31 + 7 * i) % 23).collect();
         let sum = |x: usize, y: usize| -> u32 {
-            (y..y + 3).flat_map(|row| (x..x + 2).map(move |column| row * 7 + column)).map(|i| counts[i]).sum()
+            (y..y + 3)
+                .flat_map(|row| (x..x + 2).map(move |column| row * 7 + column))
+                .map(|i| counts[i])
+                .sum()
         };
         let all = (0..=3).flat_map(|y| (0..=5).map(move |x| (x, y)));
         let most = all.map(|(x, y)| sum(x, y)).max().unwrap();

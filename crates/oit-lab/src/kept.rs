@@ -123,7 +123,8 @@ fn cut(image: &Image, window: Window) -> Image {
 fn errors(image: &Image, right: &[[f64; 4]]) -> Vec<u32> {
     let error = |(pixel, right): (&[f32; 4], &[f64; 4])| {
         let channel = |c: usize| (f64::from(pixel[c]) - right[c]).abs();
-        let largest = (0..3).map(channel).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
+        let largest =
+            (0..3).map(channel).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
         if largest.is_finite() { (largest * 255.0).round().min(65535.0) as u32 } else { 65535 }
     };
     image.pixels.iter().zip(right).map(error).collect()
@@ -135,7 +136,8 @@ mod tests {
 
     fn noise(width: u32, height: u32) -> Image {
         let pixel = |i: u32| {
-            let channel = |c: u32| (i.wrapping_mul(2_654_435_761).rotate_left(c * 9) >> 24) as f32 / 255.0;
+            let channel =
+                |c: u32| (i.wrapping_mul(2_654_435_761).rotate_left(c * 9) >> 24) as f32 / 255.0;
             [channel(0), channel(1), channel(2), 1.0]
         };
         Image { width, height, pixels: (0..width * height).map(pixel).collect() }
@@ -145,7 +147,8 @@ mod tests {
     fn what_is_kept_is_small() {
         let folder = tempfile::tempdir().unwrap();
         let image = noise(700, 300);
-        let right: Vec<[f64; 4]> = image.pixels.iter().map(|p| p.map(|c| 1.0 - f64::from(c))).collect();
+        let right: Vec<[f64; 4]> =
+            image.pixels.iter().map(|p| p.map(|c| 1.0 - f64::from(c))).collect();
         let counts = vec![1; 700 * 300];
         let stem = folder.path().join("images").join("a_b");
         keep(&stem, &image, &right, &counts).unwrap();
