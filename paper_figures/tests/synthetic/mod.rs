@@ -1,5 +1,6 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
+pub(crate) mod bma;
 pub(crate) mod lfb;
 
 use std::collections::BTreeMap;
