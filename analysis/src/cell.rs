@@ -67,7 +67,8 @@ pub struct CellResult {
     pub verification: Option<Verification>,
     /// How many samples it has.
     pub samples: usize,
-    /// By stage, with the sums [`RESOLVE`] and [`TOTAL`]; empty unless [`State::Charted`].
+    /// By stage, with its parts (`resolve[16]`) and the sums [`RESOLVE`] and [`TOTAL`]; empty unless
+    /// [`State::Charted`].
     pub times: BTreeMap<String, Timing>,
 }
 
@@ -105,14 +106,16 @@ pub(crate) fn collect(
             Event::Verified { cell, result } => verified[*cell] = Some(result.clone()),
             Event::Skipped { cell, reason } => skipped[*cell] = Some(reason.clone()),
             Event::Failed { cell, reason } => failed[*cell] = Some(reason.clone()),
-            Event::Sample { cell, sample, stages_ns, total_ns } => {
+            Event::Sample { cell, sample, stages_ns, parts_ns, total_ns } => {
                 if let Some(stage) =
                     stages_ns.keys().find(|stage| [RESOLVE, TOTAL].contains(&stage.as_str()))
                 {
                     let stage = stage.clone();
                     return Err(AnalysisError::ReservedStage { folder: folder.clone(), stage });
                 }
-                let mut stages: Vec<_> = stages_ns.clone().into_iter().collect();
+                // Parts are stages of their own in tables: their names are no stage's.
+                let stages = stages_ns.iter().chain(parts_ns);
+                let mut stages: Vec<_> = stages.map(|(name, &ns)| (name.clone(), ns)).collect();
                 stages.push((TOTAL.to_owned(), *total_ns));
                 if raw[*cell].insert(*sample, stages).is_some() {
                     let (folder, cell, sample) = (folder.clone(), *cell, *sample);

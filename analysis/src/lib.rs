@@ -21,5 +21,12 @@ pub use technique::{Technique, path_frame, scene_name, scene_parameters};
 /// the resolve pass, which under backwards memory allocation includes grouping the pixels.
 pub const RESOLVE: &str = "resolve+group";
 
+/// The name of the part of a stage that is spent on the pixels of the interval that ends at `upper`:
+/// `resolve[16]`.
+#[must_use]
+pub fn part(stage: &str, upper: u32) -> String {
+    format!("{stage}[{upper}]")
+}
+
 /// The stage name of the time from before the first stage to after the last.
 pub const TOTAL: &str = "total";

@@ -70,6 +70,13 @@ impl RunInfo {
         if self.run.git_dirty == Some(true) { short + "+" } else { short }
     }
 
+    /// The triangles of a group's scene.
+    #[must_use]
+    pub fn triangles(&self, group: &str) -> Option<u64> {
+        let counted = self.counted.iter().find(|(name, _, _)| name == group)?;
+        Some(counted.1)
+    }
+
     /// The histogram of a group: `histogram[n]` pixels have `n` fragments.
     #[must_use]
     pub fn histogram(&self, group: &str) -> Option<&[u64]> {

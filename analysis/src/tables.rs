@@ -47,8 +47,8 @@ pub struct Tables {
     pub runs: Vec<RunInfo>,
     /// Every cell of every run with its times, for code that wants types and not frames.
     pub results: Vec<CellResult>,
-    /// One row a sample and stage, `total` among the stages: what a cell is, then `stage`,
-    /// `sample`, `ns`. Cells of every state are here.
+    /// One row a sample and stage, `total` and the parts of stages (`resolve[16]`) among the stages:
+    /// what a cell is, then `stage`, `sample`, `ns`. Cells of every state are here.
     pub samples: DataFrame,
     /// One row a cell: what it is, what became of it, errors, memory, pool, depth complexity.
     pub cells: DataFrame,

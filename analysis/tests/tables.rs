@@ -50,7 +50,8 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
 fn sample(cell: usize, sample: u32, stages: &[(&str, u64)], total_ns: u64) -> Event {
     let stages_ns: BTreeMap<String, u64> =
         stages.iter().map(|&(stage, ns)| (stage.to_owned(), ns)).collect();
-    Event::Sample { cell, sample, stages_ns, total_ns }
+    let parts_ns = BTreeMap::new();
+    Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }
 }
 
 fn record(folder: &str, techniques: &[&str], events: Vec<Event>) -> Record {

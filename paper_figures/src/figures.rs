@@ -1,13 +1,21 @@
 //! The figures and tables there are, one file each.
 
 mod bma_figure_3;
+mod bma_figure_4;
 mod bma_figure_5;
+mod bma_figure_6;
 mod bma_figure_7;
 mod bma_figure_8;
+mod bma_figure_9;
 mod bma_intervals;
+mod bma_overhead;
+mod bma_table_1;
+mod bma_table_2;
+pub(crate) mod bma_views;
 mod compare;
 mod counts;
 mod flights;
+mod images;
 mod layout_views;
 mod lfb_array;
 mod lfb_figure_20_11;
@@ -59,11 +67,17 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &bma_table_1::BmaTable1,
+    &bma_table_2::BmaTable2,
     &bma_figure_3::BmaFigure3,
+    &bma_figure_4::BmaFigure4,
     &bma_figure_5::BmaFigure5,
-    &bma_intervals::BmaIntervals,
+    &bma_figure_6::BmaFigure6,
     &bma_figure_7::BmaFigure7,
     &bma_figure_8::BmaFigure8,
+    &bma_figure_9::BmaFigure9,
+    &bma_overhead::BmaOverhead,
+    &bma_intervals::BmaIntervals,
     &pareto::Pareto,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,

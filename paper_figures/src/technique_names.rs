@@ -16,6 +16,31 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak"),
 ];
 
+/// The sort of the backwards memory allocation paper's standard OIT: which of insertion and merge sort
+/// is the shader's choice, pixel by pixel.
+const OIT_SORT: &str = "insertion_merge";
+/// The sort of its BMA-OIT: each interval's program has one.
+const BMA_OIT_SORT: &str = "insertion_merge";
+
+/// The techniques of the backwards memory allocation paper (section 4), as schedule, sort and shader
+/// stage. A name is followed by a space and the size of the array: `OIT max64`, `BMA-OIT peak`. Those
+/// of the compute stage are this project's. `OIT-intervals` is OIT's program timed by intervals.
+const OIT: &[(&str, &str, &str, &str)] = &[
+    ("OIT", "base", OIT_SORT, "fragment"),
+    ("OIT compute", "base", OIT_SORT, "compute"),
+    ("OIT-intervals", "base-intervals", OIT_SORT, "fragment"),
+    ("OIT-intervals compute", "base-intervals", OIT_SORT, "compute"),
+    ("BMA-OIT", "bma-stencil", BMA_OIT_SORT, "fragment"),
+    ("BMA-OIT compute", "bma-list", BMA_OIT_SORT, "compute"),
+];
+
+/// The coordinate of a technique of [`OIT`].
+fn oit(name: &str) -> Option<String> {
+    let (name, max) = name.rsplit_once(' ')?;
+    let (_, schedule, sort, stage) = OIT.iter().find(|(known, ..)| *known == name)?;
+    Some(format!("linked_list/{schedule}/{sort}/{stage}/{max}/ties-depth"))
+}
+
 /// Whether a sort sorts nothing: what is left of a resolve's time without one.
 #[must_use]
 pub(crate) fn is_floor(sort: &str) -> bool {
@@ -26,6 +51,9 @@ pub(crate) fn is_floor(sort: &str) -> bool {
 /// both tie rules unless it names one.
 #[must_use]
 pub(crate) fn coordinates(name: &str) -> Vec<String> {
+    if let Some(coordinate) = oit(name) {
+        return vec![coordinate];
+    }
     match ALIASES.iter().find(|(alias, _)| *alias == name) {
         Some((_, coordinate)) => vec![format!("{coordinate}/ties-depth"), (*coordinate).to_owned()],
         None if name.contains("/ties-") => vec![name.to_owned()],
@@ -55,5 +83,25 @@ pub(crate) fn label(coordinate: &str) -> String {
         Some((name, known)) if *known == coordinate => format!("{name}, total order"),
         Some((name, _)) => (*name).to_owned(),
         None => coordinate.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_the_papers_are_coordinates() {
+        let compute = format!("linked_list/bma-list/{BMA_OIT_SORT}/compute/max64/ties-depth");
+        assert_eq!(coordinates("BMA-OIT compute max64"), [compute]);
+        let base = format!("linked_list/base/{OIT_SORT}/fragment/peak/ties-depth");
+        assert_eq!(coordinates("OIT peak"), [base]);
+        assert_eq!(
+            coordinates("BASE-IS")[0],
+            "linked_list/base/insertion/fragment/peak/ties-depth"
+        );
+        assert_eq!(coordinates("a/b/c/d/e/ties-depth"), ["a/b/c/d/e/ties-depth"]);
+        // No name of a technique: left as it is, and found nowhere.
+        assert_eq!(coordinates("OAT max64")[0], "OAT max64");
     }
 }

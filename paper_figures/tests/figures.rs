@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{VIEWS, WRONG, flight, lfb, probe, write_counts, write_run};
+use synthetic::{VIEWS, WRONG, bma, flight, lfb, probe, write_counts, write_run};
 
 const DEVICE: &str = "test device";
 
@@ -18,6 +18,7 @@ fn one_device(root: &Path) -> Tables {
     write_counts(&run);
     lfb::write_runs(&root.join("lfb"), DEVICE);
     probe::write_run(&root.join("probe"), DEVICE);
+    bma::write_run(root, DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -304,6 +305,136 @@ fn figures_20_11_and_20_12_tell_size_from_depth() {
     assert!(depths.draw(&tables).unwrap().is_empty());
 }
 
+/// The records of the backwards memory allocation paper's experiments alone.
+fn allocation(root: &Path) -> Tables {
+    read(&[bma::write_run(root, DEVICE)]).unwrap()
+}
+
+#[test]
+fn tables_1_and_2_have_published_and_measured_numbers() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = allocation(root.path());
+    let speedups = drawn("bma-table-1", &tables);
+    let of = |view: &str, interval: &str, column: &str| {
+        let named = [("paper_view", view), ("interval", interval), ("shader_stage", "fragment")];
+        field(&speedups, &named, column)
+    };
+    assert_eq!(of("Smoke", "64", "published_speedup"), "2.32");
+    // The array of 256 costs 264, that of 64 costs 72.
+    let own: f64 = of("Smoke", "64", "speedup").parse().unwrap();
+    assert!((own - 264.0 / 72.0).abs() < 0.01, "{own}");
+    assert!((of("Power Plant", "512", "speedup").parse::<f64>().unwrap() - 1.0).abs() < 1e-9);
+    // Intervals without pixels have no row, here as in the paper.
+    assert!(!speedups.csv.rows.iter().any(|row| row[1] == "Atrium" && row[7] == "128"));
+    assert!(speedups.markdown().contains("| 128 | – | – | – | 1.68 |"), "{}", speedups.markdown());
+
+    let times = drawn("bma-table-2", &tables);
+    let of = |row: &str, max: &str, column: &str| {
+        let named = [("paper_view", "Atrium"), ("shader_stage", "compute")];
+        field(&times, &[&named[..], &[("row", row), ("max_alloc", max)]].concat(), column)
+    };
+    assert_eq!(of("OIT (ms)", "max128", "published"), "53.8");
+    let (oit, bma) = (of("OIT (ms)", "max128", "median"), of("BMA-OIT (ms)", "max128", "median"));
+    let ratio = oit.parse::<f64>().unwrap() / bma.parse::<f64>().unwrap();
+    assert!((of("Speedup", "max128", "median").parse::<f64>().unwrap() - ratio).abs() < 1e-9);
+    assert_eq!(of("Speedup", "max128", "published"), "1.42");
+    assert!(times.markdown().contains("| Total Polys | 279178 | 13468 |"), "{}", times.markdown());
+    let named = [("paper_view", "Power Plant"), ("shader_stage", "compute")];
+    let named = [&named[..], &[("row", "Wrong pixels (%)"), ("max_alloc", "max256")]].concat();
+    let wrong: f64 = field(&times, &named, "median").parse().unwrap();
+    assert!((wrong - 100.0 * 22.0 / (96.0 * 54.0)).abs() < 1e-9);
+}
+
+#[test]
+fn empty_intervals_cost_what_they_cost() {
+    let root = tempfile::tempdir().unwrap();
+    let output = drawn("bma-overhead", &allocation(root.path()));
+    let ratio = |technique: &str, of: &str| {
+        let named = [("paper_view", "Atrium"), ("technique", technique), ("of", of)];
+        field(&output, &named, "ratio").parse::<f64>().unwrap()
+    };
+    assert!((ratio("OIT", "published, GTX 670") - 53.8 / 37.6).abs() < 1e-12);
+    assert!(ratio("OIT", "ours, fragment") > 1.5 && ratio("BMA-OIT", "ours, fragment") < 1.01);
+    // On the power plant the larger array is needed.
+    assert!(!output.csv.rows.iter().any(|row| row[0] == "Power Plant"));
+    assert!(output.notes[0].contains("151% and 176%"));
+}
+
+#[test]
+fn sorts_are_compared_interval_by_interval() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = allocation(root.path());
+    let figure = FIGURES.iter().find(|figure| figure.name() == "bma-figure-9").unwrap();
+    let outputs = figure.draw(&tables).unwrap();
+    assert_eq!(outputs.len(), 3);
+    let plant = outputs.iter().find(|output| output.name.contains("powerplant")).unwrap();
+    let family = "linked_list, bma-stencil, fragment stage, depth order";
+    let named = [("family", family), ("sort", "rbs"), ("interval", "32")];
+    let ratio: f64 = field(plant, &named, "ratio").parse().unwrap();
+    assert!((ratio - 0.5).abs() < 0.01, "{ratio}");
+    // Parts of the resolve are no stages beside it.
+    let layouts = FIGURES.iter().find(|figure| figure.name() == "lfb-layouts").unwrap();
+    for output in layouts.draw(&tables).unwrap() {
+        assert!(!output.csv.text().contains("resolve["), "{}", output.name);
+    }
+}
+
+#[test]
+fn arrays_too_small_are_shown_with_their_pictures() {
+    let root = tempfile::tempdir().unwrap();
+    let tables = allocation(root.path());
+    let figure = FIGURES.iter().find(|figure| figure.name() == "bma-figure-6").unwrap();
+    let outputs = figure.draw(&tables).unwrap();
+    assert_eq!(outputs.len(), 4);
+    let named = [("scene", "smoke"), ("max_frags", "32")];
+    assert_eq!(field(&outputs[0], &named, "wrong_px"), "104");
+    let smoke = outputs.iter().find(|output| output.name.contains("6-smoke")).unwrap();
+    assert_eq!(field(smoke, &[("max_frags", "8")], "block_px"), "2");
+    assert_eq!(smoke.csv.rows.len(), 3);
+    // A file that is damaged is said to be, and no picture is made up for it.
+    let cell = &tables.results.iter().find(|cell| cell.name.technique.ends_with("max8")).unwrap();
+    let stem = bma::images(&root.path().join("bma"), &cell.name);
+    fs::write(format!("{}.error.png", stem.display()), b"\x89PNG no more").unwrap();
+    assert!(matches!(figure.draw(&tables), Err(FigureError::Sidecar { .. })));
+    // Where none were kept, shares are drawn all the same.
+    fs::remove_dir_all(root.path().join("bma").join("images")).unwrap();
+    assert_eq!(figure.draw(&tables).unwrap().len(), 1);
+}
+
+#[test]
+fn the_claims_of_backwards_memory_allocation_are_decided_by_its_experiments() {
+    let root = tempfile::tempdir().unwrap();
+    let verdicts = claims::verdicts(&allocation(root.path())).unwrap();
+    let verdict = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    assert_eq!(verdict("bma-up-to-3-scenes").word(), "holds");
+    let published = verdict("bma-up-to-3-scenes").published.unwrap();
+    assert!((published - 273.6 / 80.9).abs() < 1e-9);
+    let published = verdict("bma-table-1-power-plant-32").published.unwrap();
+    assert!((published - 3.78).abs() < 1e-9);
+    assert_eq!(verdict("bma-stencil-255").word(), "holds");
+    assert!(verdict("bma-stencil-255").detail().contains("255"));
+    assert_eq!(verdict("bma-256-is-too-few").word(), "holds");
+    assert_eq!(verdict("bma-too-small-32").figure(), Some(100.0 * 246.0 / (96.0 * 54.0)));
+    assert_eq!(verdict("bma-enough-64").figure(), Some(0.0));
+    assert_eq!(verdict("bma-oit-insertion-to-64").word(), "not tested");
+    assert!(verdict("bma-oit-insertion-to-64").detail().contains("not measured yet"));
+    assert_eq!(verdict("bma-figure-9-merge-64").word(), "does not hold");
+    assert_eq!(verdict("bma-figure-9-shell-64").word(), "not tested");
+    assert_eq!(verdict("target-grouping-atrium").word(), "holds");
+    assert_eq!(verdict("target-empty-interval-smoke").word(), "holds");
+    assert_eq!(verdict("target-bma-5").word(), "not tested");
+    // Every rule that names a cell of the paper's tables finds the paper's own number there.
+    let entries = verdicts.iter().filter(|verdict| verdict.claim.id.starts_with("bma-table-"));
+    let mut count = 0;
+    for entry in entries {
+        let printed = entry.claim.sentence.rsplit(' ').next().unwrap().parse::<f64>().unwrap();
+        let published = entry.published.unwrap();
+        assert!((published - printed).abs() < 0.01, "{}: {published}", entry.claim.id);
+        count += 1;
+    }
+    assert_eq!(count, 17 + 6);
+}
+
 #[test]
 fn an_array_s_time_is_over_that_of_one_entry() {
     let root = tempfile::tempdir().unwrap();
@@ -407,7 +538,8 @@ fn one_sort_is_compared_with_the_others() {
     let root = tempfile::tempdir().unwrap();
     let tables = one_device(root.path());
     let outputs = compare(&tables, "rbs").unwrap();
-    assert_eq!(outputs.len(), VIEWS.len());
+    // Those of the backwards memory allocation paper's scenes as well.
+    assert_eq!(outputs.len(), VIEWS.len() + 3);
     let back = outputs.iter().find(|output| output.name.contains("planes-back")).unwrap();
     let columns = |row: &Vec<String>| (row[1].clone(), row[2].clone(), row[6].clone());
     let faster = ("rbs".to_owned(), "insertion".to_owned(), "faster".to_owned());

@@ -7,6 +7,9 @@ use oit_record::DeviceInfo;
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct PlanId(pub usize);
 
+/// A stage, and which of its parts ([`crate::Pass::part`]).
+pub type Part = (&'static str, u32);
+
 /// What one run of a plan took, from the device's own timestamps.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Timing {
@@ -14,6 +17,9 @@ pub struct Timing {
     /// are one interval; the intervals of a stage that recurs are added up. Empty where the device
     /// has no timestamps.
     pub stages: Vec<(&'static str, u64)>,
+    /// Nanoseconds of each part of a stage that has parts, in the order in which they are first run.
+    /// They are contained in their stage's.
+    pub parts: Vec<(Part, u64)>,
     /// Nanoseconds from before the first pass to after the last; zero where the device has no
     /// timestamps.
     pub total_ns: u64,

@@ -151,6 +151,9 @@ pub struct Shader {
 pub struct Pass {
     /// The step its time is charged to: `clear`, `count`, `scan`, `capture`, `group`, `resolve`.
     pub stage: &'static str,
+    /// The part of the stage that it is, where the parts of a stage are to be told apart: neighbours
+    /// with the same stage and part are timed together ([`crate::Timing::parts`]).
+    pub part: Option<u32>,
     /// What it does, for messages and listings.
     pub label: String,
     /// What it does, for the backends.
@@ -484,6 +487,7 @@ impl Pass {
     pub fn clear(stage: &'static str, buffer: &str) -> Self {
         Self {
             stage,
+            part: None,
             label: format!("clear {buffer}"),
             work: Work::Clear { buffer: buffer.to_owned() },
         }
@@ -492,12 +496,20 @@ impl Pass {
     /// Runs a compute shader.
     #[must_use]
     pub fn compute(stage: &'static str, shader: Shader, dispatch: Dispatch) -> Self {
-        Self { stage, label: shader.label.clone(), work: Work::Compute { shader, dispatch } }
+        let label = shader.label.clone();
+        Self { stage, part: None, label, work: Work::Compute { shader, dispatch } }
     }
 
     /// Draws.
     #[must_use]
     pub fn raster(stage: &'static str, raster: Raster) -> Self {
-        Self { stage, label: raster.shader.label.clone(), work: Work::Raster(raster) }
+        let label = raster.shader.label.clone();
+        Self { stage, part: None, label, work: Work::Raster(raster) }
+    }
+
+    /// The same pass as a part of its stage.
+    #[must_use]
+    pub fn part(self, part: u32) -> Self {
+        Self { part: Some(part), ..self }
     }
 }

@@ -4,6 +4,7 @@
 //! - [`write_exr`] and [`read_exr`]: the float image itself, with its depth complexity.
 //! - [`write_png`], [`write_png16_gray`], [`false_color_png`]: images to look at. The same pixels
 //!   give the same bytes: no time, name or machine is written into a file.
+//! - [`Window`]: the part of a picture that is looked at closely.
 //! - [`compare`]: the error of an image against an `f64` reference.
 //! - [`perceptual`](fn@perceptual): how much two pictures look alike.
 //!
@@ -18,6 +19,7 @@ mod image;
 mod metrics;
 mod perceptual;
 mod png_file;
+mod window;
 
 pub use error::ImageError;
 pub use exr_file::{DEPTH_COMPLEXITY_CHANNEL, MAX_EXR_PX, read_exr, write_exr};
@@ -26,3 +28,4 @@ pub use image::Image;
 pub use metrics::{Difference, WRONG_PX_ERROR, compare};
 pub use perceptual::{Perceptual, perceptual};
 pub use png_file::{NON_FINITE_COLOR, write_png, write_png16_gray};
+pub use window::{DETAIL_PX, Window};

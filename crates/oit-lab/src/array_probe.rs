@@ -216,7 +216,13 @@ impl Session<'_> {
                         let stages = timing.stages.into_iter();
                         let stages_ns = stages.map(|(stage, ns)| (stage.to_owned(), ns)).collect();
                         let total_ns = timing.total_ns;
-                        self.writer.append(&Event::Sample { cell, sample, stages_ns, total_ns })?;
+                        self.writer.append(&Event::Sample {
+                            cell,
+                            sample,
+                            stages_ns,
+                            parts_ns: BTreeMap::new(),
+                            total_ns,
+                        })?;
                         (self.progress)(Progress::Steps(1));
                     }
                     Err(error) => {

@@ -50,6 +50,15 @@ pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, C
     bounds.map_err(|error| CellError::Failed(format!("{technique}: {error}")))
 }
 
+/// What the program that runs on an interval's pixels is compiled for: the interval, or under
+/// `base-intervals` all of them, as the one program of the base schedule is.
+pub(crate) fn array(technique: &Technique, intervals: &Intervals, interval: Interval) -> Interval {
+    match technique.schedule {
+        Schedule::BaseIntervals => Interval { low: 0, high: intervals.deepest() },
+        _ => interval,
+    }
+}
+
 /// What a program for one interval is compiled for, and with which strategy.
 pub(crate) fn sort_spec(
     technique: &Technique,
@@ -97,7 +106,7 @@ fn group_request<'a>(count_wgsl: &'a str, size: FrameSize) -> GroupRequest<'a> {
 
 /// Whether a technique's schedule makes lists of pixels.
 fn makes_lists(technique: &Technique) -> bool {
-    (technique.schedule, technique.stage) == (Schedule::Bma, Stage::Compute)
+    technique.schedule.groups() && technique.stage == Stage::Compute
 }
 
 /// Refuses a capture whose layout goes by lists that the schedule does not make.
@@ -193,12 +202,12 @@ pub fn assemble(
             height_px: size.height_px,
             pool_slots,
             histogram,
-            counts: technique.schedule == Schedule::Bma,
+            counts: technique.schedule.groups(),
             lists: grouping.as_ref().map(|(_, lists)| lists),
             mark: match technique.schedule {
                 Schedule::BaseStencil => Some(mark()),
                 Schedule::BmaStencilCount => Some(count_drawn()),
-                Schedule::Base | Schedule::Bma => None,
+                Schedule::Base | Schedule::Bma | Schedule::BaseIntervals => None,
             }
             .as_ref(),
         }),
@@ -231,7 +240,7 @@ pub fn assemble(
                     masks.push((Some(mask_pass(&group, covered, true)), Some(masked())));
                 }
                 Schedule::BaseStencil => masks.push((None, Some(masked()))),
-                Schedule::Bma => {
+                Schedule::Bma | Schedule::BaseIntervals => {
                     for (place, interval) in intervals.iter().enumerate() {
                         let last = place + 1 == intervals.len();
                         masks.push((Some(mask_pass(&group, interval, last)), Some(masked())));
@@ -247,10 +256,12 @@ pub fn assemble(
                 resolves.reverse();
             }
             for (place, (interval, (pass, test))) in resolves.into_iter().enumerate() {
-                plan.passes.extend(pass);
-                let shader = program(technique, interval, Entry::Fragment, size)?;
+                let own = array(technique, &intervals, interval);
+                let shader = program(technique, own, Entry::Fragment, size)?;
                 let load = if place == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
-                plan.passes.push(full_screen(shader, load, test));
+                for pass in pass.into_iter().chain([full_screen(shader, load, test)]) {
+                    plan.passes.push(part(technique, interval, pass));
+                }
             }
         }
         Stage::Compute => {
@@ -262,8 +273,10 @@ pub fn assemble(
                 plan.passes.splice(at..at, grouping.passes.clone());
                 for (place, interval) in intervals.iter().enumerate() {
                     let entry = Entry::List { list: place as u32, first: grouping.firsts[place] };
-                    let shader = program(technique, interval, entry, size)?;
-                    plan.passes.push(Pass::compute("resolve", shader, grouping.dispatch(place)));
+                    let own = array(technique, &intervals, interval);
+                    let shader = program(technique, own, entry, size)?;
+                    let pass = Pass::compute("resolve", shader, grouping.dispatch(place));
+                    plan.passes.push(part(technique, interval, pass));
                 }
                 plan.buffers.extend(grouping.buffers);
             } else {
@@ -296,6 +309,11 @@ fn stencil_counts(
         return Err(CellError::Unsupported(reason.into()));
     }
     Ok(intervals.iter().map(|interval| counted(interval.low)))
+}
+
+/// A pass for an interval's pixels: timed by itself, by the interval's upper bound.
+fn part(technique: &Technique, interval: Interval, pass: Pass) -> Pass {
+    if technique.schedule.has_intervals() { pass.part(interval.high) } else { pass }
 }
 
 fn program(

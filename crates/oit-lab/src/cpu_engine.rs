@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use oit_capture::{Capture, rasterize, rasterize_counts};
 use oit_fragments::{DepthHistogram, Lfb};
-use oit_gpu::Timing;
+use oit_gpu::{Part, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 use oit_sort::Scratch;
 use rayon::prelude::*;
 
-use crate::assemble::{intervals, needs_lists, sort_spec};
+use crate::assemble::{array, intervals, needs_lists, sort_spec};
 use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData};
 use crate::technique::{Pool, Stage, Technique};
 
@@ -102,9 +102,12 @@ fn resolve(
     lfb: &Lfb,
     lists: &[Vec<u32>],
     picture: &mut [[f32; 4]],
-) -> Result<(), CellError> {
-    for (interval, list) in intervals(technique, peak)?.iter().zip(lists) {
-        let (strategy, spec) = sort_spec(technique, interval)?;
+) -> Result<Vec<(Part, u64)>, CellError> {
+    let intervals = intervals(technique, peak)?;
+    let mut parts = Vec::new();
+    for (interval, list) in intervals.iter().zip(lists) {
+        let started = Instant::now();
+        let (strategy, spec) = sort_spec(technique, array(technique, &intervals, interval))?;
         let colours: Vec<[f32; 4]> = list
             .par_iter()
             .with_min_len(256)
@@ -115,8 +118,11 @@ fn resolve(
         for (&pixel, colour) in list.iter().zip(colours) {
             picture[pixel as usize] = colour;
         }
+        if technique.schedule.has_intervals() {
+            parts.push((("resolve", interval.high), ns(started)));
+        }
     }
-    Ok(())
+    Ok(parts)
 }
 
 impl Engine for CpuEngine {
@@ -149,7 +155,7 @@ impl Engine for CpuEngine {
         let (_, histogram) = self.view()?;
         let intervals = intervals(technique, histogram.peak())?;
         for interval in intervals.iter() {
-            sort_spec(technique, interval)?;
+            sort_spec(technique, array(technique, &intervals, interval))?;
         }
         let preparation = Preparation {
             max_frags: intervals.deepest(),
@@ -184,11 +190,11 @@ impl Engine for CpuEngine {
             vec![(0..captured.pixels() as u32).collect()]
         };
         let resolving = Instant::now();
-        resolve(technique, peak, &captured, &lists, &mut picture)?;
+        let parts = resolve(technique, peak, &captured, &lists, &mut picture)?;
         stages.push(("resolve", ns(resolving)));
         let total_ns = ns(started);
         self.last = Some(LastRun { ready, picture, captured });
-        Ok(Timing { stages, total_ns })
+        Ok(Timing { stages, parts, total_ns })
     }
 
     fn picture(&mut self, ready: Ready) -> Result<Image, CellError> {

@@ -144,6 +144,9 @@ struct SweepFile {
     #[serde(default)]
     intervals: Vec<Spanned<toml::Value>>,
     views: Vec<Spanned<String>>,
+    /// Whether pictures of these cells are kept beside the record.
+    #[serde(default)]
+    keep_images: bool,
     /// Scene parameters of this block, for all its scenes: one table, or several, each of them a
     /// scene of its own.
     #[serde(default)]
@@ -189,6 +192,8 @@ pub struct PlannedCell {
     pub camera_path: Option<String>,
     /// Whether the fragments are compared too, and not only the picture.
     pub in_full: bool,
+    /// Whether its pictures are kept beside the record.
+    pub keep_images: bool,
 }
 
 impl PlannedCell {
@@ -392,7 +397,11 @@ impl Experiment {
                                     size,
                                     camera_path: camera_path.clone(),
                                     in_full,
+                                    keep_images: sweep.keep_images,
                                 });
+                            } else if sweep.keep_images {
+                                let same = cells.iter_mut().find(|known| known.cell == cell);
+                                same.into_iter().for_each(|known| known.keep_images = true);
                             }
                         }
                     }

@@ -158,14 +158,20 @@ fn with_reader<T>(
 
 /// The time of two runs as that of one.
 fn both(first: Timing, second: Timing) -> Timing {
-    let mut stages = first.stages;
-    for (stage, ns) in second.stages {
-        match stages.iter_mut().find(|(name, _)| *name == stage) {
-            Some((_, sum)) => *sum += ns,
-            None => stages.push((stage, ns)),
+    fn sum<T: PartialEq>(mut first: Vec<(T, u64)>, second: Vec<(T, u64)>) -> Vec<(T, u64)> {
+        for (what, ns) in second {
+            match first.iter_mut().find(|(known, _)| *known == what) {
+                Some((_, sum)) => *sum += ns,
+                None => first.push((what, ns)),
+            }
         }
+        first
     }
-    Timing { stages, total_ns: first.total_ns + second.total_ns }
+    Timing {
+        stages: sum(first.stages, second.stages),
+        parts: sum(first.parts, second.parts),
+        total_ns: first.total_ns + second.total_ns,
+    }
 }
 
 impl Engine for GpuEngine {

@@ -9,6 +9,7 @@ mod cpu_engine;
 mod engine;
 mod experiment;
 mod gpu_engine;
+mod kept;
 pub mod provenance;
 mod runner;
 mod stored;

@@ -16,6 +16,7 @@ use oit_record::{
 use oit_scene::SceneEntry;
 
 use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
+use crate::kept;
 use crate::provenance;
 use crate::verify::Check;
 use crate::worker::{Reply, Request, Spent};
@@ -431,7 +432,9 @@ impl Session<'_> {
         let technique = self.cells[cell].cell.technique.clone();
         let check = if self.cells[cell].in_full { Check::All } else { Check::Picture };
         let check = self.states[cell].verdict.is_none().then_some(check);
-        let reply = client.ask(&Request::Prepare { cell, technique, check }, self.timeout);
+        let keep = self.cells[cell].keep_images;
+        let images = keep.then(|| kept::stem(&self.setup.out, &self.cells[cell].cell));
+        let reply = client.ask(&Request::Prepare { cell, technique, check, images }, self.timeout);
         match reply {
             Ok(Reply::Prepared(Some(result))) => {
                 self.states[cell].verdict = Some(result.verdict);
@@ -487,10 +490,15 @@ impl Session<'_> {
             client.send(&Request::Sample { cells: order.clone() });
             for cell in order {
                 match client.receive(self.timeout) {
-                    Ok(Reply::Sampled { stages_ns, total_ns }) => {
+                    Ok(Reply::Sampled { stages_ns, parts_ns, total_ns }) => {
                         self.states[cell].sampled.insert(sample);
-                        let stages_ns = stages_ns.into_iter().collect();
-                        self.writer.append(&Event::Sample { cell, sample, stages_ns, total_ns })?;
+                        self.writer.append(&Event::Sample {
+                            cell,
+                            sample,
+                            stages_ns: stages_ns.into_iter().collect(),
+                            parts_ns: parts_ns.into_iter().collect(),
+                            total_ns,
+                        })?;
                         (self.progress)(Progress::Steps(1));
                     }
                     other => {

@@ -106,6 +106,9 @@ pub enum Schedule {
     /// The same where the capture counts fragments in the stencil, and intervals are resolved from
     /// the deepest to the shallowest. Fragment stage only, up to 255 fragments.
     BmaStencilCount,
+    /// The program of [`Self::Base`] on one interval's pixels after another, grouped as under
+    /// [`Self::Bma`]: what the base's one program takes for each interval.
+    BaseIntervals,
 }
 
 /// Where resolve programs run.
@@ -131,7 +134,7 @@ pub const DEEPEST: u32 = 4096;
 
 impl Schedule {
     /// Every schedule, in the order they are listed, with what it does.
-    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+    pub const ALL: [(Self, &'static str, &'static str); 5] = [
         (Self::Base, "base", "one resolve program for all pixels"),
         (
             Self::BaseStencil,
@@ -150,6 +153,12 @@ impl Schedule {
             "bma-stencil-count",
             "bma in the fragment stage where the capture counts fragments in the stencil and \
              intervals are resolved in descending order; no interval may begin above 255",
+        ),
+        (
+            Self::BaseIntervals,
+            "base-intervals",
+            "base's one program, with its array for the deepest pixel, on the pixels of one interval \
+             after another, grouped as under bma: to time base by intervals, not to be fast",
         ),
     ];
 
@@ -171,10 +180,16 @@ impl Schedule {
         Err(TechniqueError::NoIntervals { schedule, intervals })
     }
 
-    /// Whether it has one program for each interval of depth complexity.
+    /// Whether it resolves the pixels of one interval of depth complexity after another.
     #[must_use]
     pub fn has_intervals(self) -> bool {
-        matches!(self, Self::Bma | Self::BmaStencilCount)
+        matches!(self, Self::Bma | Self::BmaStencilCount | Self::BaseIntervals)
+    }
+
+    /// Whether it groups pixels by the counts of a capture: by masks or by lists.
+    #[must_use]
+    pub fn groups(self) -> bool {
+        matches!(self, Self::Bma | Self::BaseIntervals)
     }
 }
 
@@ -238,6 +253,7 @@ impl Technique {
     pub fn schedule_name(&self) -> &'static str {
         match (self.schedule, self.stage) {
             (Schedule::Base, _) => "base",
+            (Schedule::BaseIntervals, _) => "base-intervals",
             (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
@@ -457,9 +473,16 @@ impl FromStr for Technique {
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
             ("base", _) => Schedule::Base,
+            ("base-intervals", _) => Schedule::BaseIntervals,
             (other, _) => {
-                let valid =
-                    ["base", "base-stencil", "bma-stencil", "bma-stencil-count", "bma-list"];
+                let valid = [
+                    "base",
+                    "base-stencil",
+                    "base-intervals",
+                    "bma-stencil",
+                    "bma-stencil-count",
+                    "bma-list",
+                ];
                 return Err(unknown("schedule", other, valid));
             }
         };
@@ -508,6 +531,8 @@ mod tests {
             "linked_list/bma-list/insertion@16+merge@64+rbs/compute/peak/intervals4-12-40",
             "linked_list/bma-stencil/auto/fragment/max64/ties-depth/pool50/intervals-optimal",
             "linked_list/base/auto/compute/peak",
+            "linked_list/base-intervals/merge/fragment/max512/ties-depth",
+            "linked_list/base-intervals/merge/compute/peak",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }

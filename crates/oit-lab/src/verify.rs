@@ -7,7 +7,7 @@ use oit_image::{Difference, Image, compare};
 use oit_record::{Verdict, Verification};
 use serde::{Deserialize, Serialize};
 
-use crate::assemble::{intervals, rewrites, sort_spec};
+use crate::assemble::{array, intervals, rewrites, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
 use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Technique};
 
@@ -224,8 +224,9 @@ impl Verifier {
     /// Why a technique is not meant to be exact on this view, if it is not.
     fn inexact(&self, technique: &Technique) -> Result<Option<Inexact>, CellError> {
         let mut early: Option<(&'static str, f32)> = None;
-        for interval in intervals(technique, self.peak)?.iter() {
-            let (strategy, _) = sort_spec(technique, interval)?;
+        let intervals = intervals(technique, self.peak)?;
+        for interval in intervals.iter() {
+            let (strategy, _) = sort_spec(technique, array(technique, &intervals, interval))?;
             if !strategy.sorts() {
                 let reason = format!("{} does not sort", strategy.name());
                 return Ok(Some(Inexact { reason, bound: None }));

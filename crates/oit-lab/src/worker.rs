@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
+use crate::kept;
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
 use crate::tuner::Tuner;
@@ -34,7 +35,13 @@ pub(crate) enum Request {
     },
     /// Make a technique ready under this cell's number, and compare it with the oracle if asked.
     /// Answered by [`Reply::Prepared`].
-    Prepare { cell: usize, technique: String, check: Option<Check> },
+    Prepare {
+        cell: usize,
+        technique: String,
+        check: Option<Check>,
+        /// Where its pictures are kept once it is compared, if they are: see [`kept::keep`].
+        images: Option<PathBuf>,
+    },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
     WarmUp { cells: Vec<usize>, at_least_ms: u64 },
@@ -54,7 +61,7 @@ pub(crate) enum Reply {
     /// A technique is ready.
     Prepared(Option<Box<Verification>>),
     /// One timing.
-    Sampled { stages_ns: Vec<(String, u64)>, total_ns: u64 },
+    Sampled { stages_ns: Vec<(String, u64)>, parts_ns: Vec<(String, u64)>, total_ns: u64 },
     /// Done.
     Done,
     /// Milliseconds spent.
@@ -192,8 +199,8 @@ impl Worker {
                 let size = FrameSize { width_px, height_px };
                 self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, check } => {
-                self.prepare(cell, &technique, check).map(Reply::Prepared)
+            Request::Prepare { cell, technique, check, images } => {
+                self.prepare(cell, &technique, check, images.as_deref()).map(Reply::Prepared)
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
@@ -269,6 +276,7 @@ impl Worker {
         cell: usize,
         technique: &str,
         check: Option<Check>,
+        images: Option<&Path>,
     ) -> Result<Option<Box<Verification>>, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
@@ -279,7 +287,7 @@ impl Worker {
         let predicted_ns = tuner.predicted_ns(&chosen, histogram, *size);
         let tuned = Some(chosen.to_string()).filter(|name| *name != technique.to_string());
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&chosen, check);
+        let prepared = self.prepare_and_verify(&chosen, check, images);
         let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
@@ -293,11 +301,19 @@ impl Worker {
         &mut self,
         technique: &Technique,
         check: Option<Check>,
+        images: Option<&Path>,
     ) -> Result<(Ready, f64, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
         let verification = match (check, &mut self.verifier, &mut self.engine) {
             (Some(check), Some(verifier), Some(engine)) => {
-                Some(verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?)
+                let result =
+                    verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?;
+                if let Some(stem) = images {
+                    let counts: Vec<u32> = verifier.reference().counts().collect();
+                    kept::keep(stem, &engine.picture(ready)?, verifier.picture(), &counts)
+                        .map_err(|error| CellError::Failed(error.to_string()))?;
+                }
+                Some(result)
             }
             _ => None,
         };
@@ -316,7 +332,13 @@ impl Worker {
     fn sample(&mut self, cell: usize) -> Result<Reply, CellError> {
         let timing = self.run(cell)?;
         let stages_ns = timing.stages.iter().map(|(stage, ns)| ((*stage).to_owned(), *ns));
-        Ok(Reply::Sampled { stages_ns: stages_ns.collect(), total_ns: timing.total_ns })
+        let parts_ns = timing.parts.iter();
+        let parts_ns = parts_ns.map(|((stage, part), ns)| (format!("{stage}[{part}]"), *ns));
+        Ok(Reply::Sampled {
+            stages_ns: stages_ns.collect(),
+            parts_ns: parts_ns.collect(),
+            total_ns: timing.total_ns,
+        })
     }
 
     fn warm_up(&mut self, cells: &[usize], at_least_ms: u64) -> Result<Reply, CellError> {

@@ -123,7 +123,7 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
                     .sort
                     .parts()
                     .iter()
-                    .any(|(strategy, _)| !strategy.sorts() || strategy.error_bound().is_some());
+                    .any(|part| !part.strategy.sorts() || part.strategy.error_bound().is_some());
                 let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
                 ran += 1;

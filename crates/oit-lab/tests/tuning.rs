@@ -57,7 +57,13 @@ fn record(cells: &[(u32, &str, u64, u64)]) -> Record {
         events.push(Event::Verified { cell: place, result: exact() });
         let stages = [("resolve", resolve), ("group", group), ("capture", 7)];
         let stages_ns = stages.map(|(stage, ns)| (stage.to_owned(), ns)).into();
-        events.push(Event::Sample { cell: place, sample: 0, stages_ns, total_ns: 1 });
+        events.push(Event::Sample {
+            cell: place,
+            sample: 0,
+            stages_ns,
+            parts_ns: BTreeMap::new(),
+            total_ns: 1,
+        });
     }
     events.push(Event::Finished { wall_s: 1.0 });
     Record { folder: PathBuf::from("a-run"), run, events }

@@ -118,6 +118,10 @@ pub enum Event {
         sample: u32,
         /// Nanoseconds of each stage.
         stages_ns: BTreeMap<String, u64>,
+        /// Nanoseconds of the parts of stages that have parts, `resolve[16]` for the pixels of the
+        /// interval that ends at 16. They are contained in their stage's. Older records have none.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        parts_ns: BTreeMap<String, u64>,
         /// Nanoseconds from before the first stage to after the last.
         total_ns: u64,
     },

@@ -15,6 +15,13 @@ pub(super) trait Evidence {
     /// What a technique takes of memory.
     fn memory(&self, technique: &str, view: &View) -> Result<Memory, String>;
 
+    /// The share of a picture's pixels that are wrong, in percent. An exact one has none: where only
+    /// depth is compared, pixels without one right answer do not count.
+    fn wrong_percent(&self, technique: &str, view: &View) -> Result<f64, String>;
+
+    /// Why a technique was refused on a view, if it was.
+    fn refused(&self, technique: &str, view: &View) -> Result<Option<String>, String>;
+
     /// The views of a scene there are, frames of camera paths among them.
     fn views(&self, scene: &str) -> Vec<String>;
 

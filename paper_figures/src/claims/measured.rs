@@ -1,6 +1,7 @@
 //! The records of one device, as evidence.
 
-use analysis::{CellResult, Ratio, Tables};
+use analysis::{CellResult, Ratio, State, Tables};
+use oit_record::Verdict;
 
 use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
 use crate::data::{Group, frames, groups, groups_with, view_of};
@@ -39,8 +40,12 @@ impl<'a> Measured<'a> {
         let group = view_of(&self.groups, scene, view);
         let cell = group.and_then(|group| find(&group.cells, technique));
         let cell = cell.filter(|cell| !cell.times.is_empty());
-        cell.ok_or_else(|| format!("no charted {technique} on {scene}, {view}"))
+        cell.ok_or_else(|| not_measured(technique, scene, view))
     }
+}
+
+fn not_measured(technique: &str, scene: &str, view: &str) -> String {
+    format!("not measured yet: no charted {technique} on {scene}, {view}")
 }
 
 impl Evidence for Measured<'_> {
@@ -58,6 +63,28 @@ impl Evidence for Measured<'_> {
             slots: said.pool_final,
             pixels: u64::from(cell.name.width_px) * u64::from(cell.name.height_px),
         })
+    }
+
+    fn wrong_percent(&self, technique: &str, view: &View) -> Result<f64, String> {
+        let cell = self.cell(technique, view)?;
+        let said = cell.verification.as_ref().ok_or_else(|| "no verdict recorded".to_owned())?;
+        if said.verdict == Verdict::Exact {
+            return Ok(0.0);
+        }
+        let pixels = f64::from(cell.name.width_px) * f64::from(cell.name.height_px);
+        Ok(100.0 * said.wrong_px as f64 / pixels)
+    }
+
+    fn refused(&self, technique: &str, (scene, view): &View) -> Result<Option<String>, String> {
+        let group = view_of(&self.groups, scene, view);
+        let cell = group.and_then(|group| find(&group.cells, technique));
+        match cell {
+            Some(cell) if cell.state == State::Skipped => {
+                Ok(Some(cell.reason.clone().unwrap_or_default()))
+            }
+            Some(cell) if !cell.times.is_empty() => Ok(None),
+            _ => Err(not_measured(technique, scene, view)),
+        }
     }
 
     fn fragments(&self, (scene, view): &View) -> Result<u64, String> {

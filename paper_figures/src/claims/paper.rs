@@ -1,29 +1,51 @@
-//! The papers' own tables, as evidence: Table 2 of the register-based block sort paper, and Table 20.1
-//! of the layered fragment buffer chapter.
+//! The papers' own tables, as evidence: Table 2 of the register-based block sort paper, Table 20.1 of
+//! the layered fragment buffer chapter, and Tables 1 and 2 of the backwards memory allocation paper.
 
 use analysis::{RESOLVE, Ratio, TOTAL};
 
 use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
 use crate::FigureError;
-use crate::figures::{lfb_views, rbs_views};
+use crate::figures::{bma_views, lfb_views, rbs_views};
 use crate::published::{self, Published};
 
 /// The tables that a rule can be applied to.
 pub(super) struct Paper {
     rbs: Published,
     lfb: Published,
+    bma_intervals: Published,
+    bma: Published,
 }
 
 impl Paper {
     pub(super) fn read() -> Result<Self, FigureError> {
         let (rbs, lfb) = (published::table("rbs-table-2")?, published::table("lfb-table-20.1")?);
-        Ok(Self { rbs, lfb })
+        let (bma_intervals, bma) =
+            (published::table("bma-table-1")?, published::table("bma-table-2")?);
+        Ok(Self { rbs, lfb, bma_intervals, bma })
     }
 
     fn rbs_ms(&self, technique: &str, (scene, view): &View, stage: &str) -> Option<f64> {
         let known = rbs_views::VIEWS.iter().find(|(_, s, v)| s == scene && v == view)?;
         let quantity = rbs_views::QUANTITIES.iter().find(|(_, known)| *known == stage)?;
         self.rbs.value(technique, known.0, quantity.0)
+    }
+
+    /// Of intervals Table 1 has speed-ups only: the time of OIT stands as 1.
+    fn bma_ms(&self, technique: &str, (scene, view): &View, stage: &str) -> Option<f64> {
+        let known = bma_views::VIEWS.iter().find(|known| known.is(scene, view))?;
+        let (name, max) = technique.rsplit_once(' ')?;
+        if let Some(interval) = stage.strip_prefix("resolve[").and_then(|s| s.strip_suffix(']')) {
+            let quantity = &self.bma_intervals.quantities[0];
+            let speedup = self.bma_intervals.value(interval, known.paper, quantity)?;
+            return match (name, max) {
+                ("OIT-intervals", "peak") => Some(1.0),
+                ("BMA-OIT", "peak") => Some(1.0 / speedup),
+                _ => None,
+            };
+        }
+        let of_max = |column: &&&str| known.allocation(&self.bma, column).as_deref() == Some(max);
+        let column = bma_views::ALLOCATIONS.iter().find(of_max).filter(|_| stage == TOTAL)?;
+        self.bma.value(&format!("{name} (ms)"), known.paper, column)
     }
 
     /// The chapter's programs are those of `base-stencil` in the fragment stage: with insertion sort,
@@ -60,11 +82,20 @@ impl Evidence for Paper {
     fn time_ms(&self, technique: &str, view: &View, stage: &str) -> Result<f64, String> {
         let ms = self.rbs_ms(technique, view, stage);
         let ms = ms.or_else(|| self.lfb_ms(technique, view, stage));
+        let ms = ms.or_else(|| self.bma_ms(technique, view, stage));
         ms.ok_or_else(|| "in no table of the papers".to_owned())
     }
 
     fn memory(&self, _: &str, _: &View) -> Result<Memory, String> {
         Err("no memory is published".to_owned())
+    }
+
+    fn wrong_percent(&self, _: &str, _: &View) -> Result<f64, String> {
+        Err("no share of wrong pixels is published".to_owned())
+    }
+
+    fn refused(&self, _: &str, _: &View) -> Result<Option<String>, String> {
+        Err("in no table of the papers".to_owned())
     }
 
     fn views(&self, _: &str) -> Vec<String> {
@@ -87,6 +118,26 @@ impl Evidence for Paper {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_tables_of_backwards_memory_allocation_are_found() {
+        let paper = Paper::read().unwrap();
+        let view = |scene: &str| (scene.to_owned(), "bma".to_owned());
+        let ms = |technique: &str, scene: &str, stage: &str| {
+            paper.time_ms(technique, &view(scene), stage).ok()
+        };
+        assert_eq!(ms("OIT max128", "atrium", TOTAL), Some(53.8));
+        assert_eq!(ms("BMA-OIT max512", "powerplant", TOTAL), Some(206.0));
+        let (oit, bma) = ("OIT-intervals peak", "BMA-OIT peak");
+        let ratio =
+            ms(oit, "smoke", "resolve[64]").unwrap() / ms(bma, "smoke", "resolve[64]").unwrap();
+        assert!((ratio - 2.32).abs() < 1e-9);
+        // Not in the paper: another size, another stage, an interval without pixels.
+        assert_eq!(ms("OIT max512", "atrium", TOTAL), None);
+        assert_eq!(ms("OIT compute max128", "atrium", TOTAL), None);
+        assert_eq!(ms("OIT max128", "atrium", RESOLVE), None);
+        assert_eq!(ms(bma, "atrium", "resolve[128]"), None);
+    }
 
     #[test]
     fn the_chapter_s_steps_are_found() {

@@ -249,6 +249,46 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
+    /// What a stage of a technique takes over what another of its stages saves against another
+    /// technique; infinite where it saves nothing.
+    Repaid {
+        /// The technique.
+        technique: String,
+        /// The other.
+        over: String,
+        /// The stage that costs.
+        cost: String,
+        /// The stage that is to be faster than the other's.
+        saved: String,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The share of wrong pixels of a technique's picture, in percent.
+    WrongPixels {
+        /// The technique.
+        technique: String,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// A technique is refused on a view on which another runs. The figure is 1 where it is, else 0.
+    Refused {
+        /// The technique.
+        technique: String,
+        /// What runs.
+        beside: String,
+        /// The view.
+        view: View,
+    },
     /// One sort is slower than another, all else equal, on no view of some scenes whose peak depth
     /// is within a range.
     NeverSlower {
@@ -421,7 +461,11 @@ impl Rule {
                 over.iter().map(|(over, _)| over).chain([&technique.0]).collect()
             }
             Self::Contrast { technique, over, .. } => vec![technique, over],
-            Self::LikeSeries { technique, .. } => vec![technique],
+            Self::LikeSeries { technique, .. } | Self::WrongPixels { technique, .. } => {
+                vec![technique]
+            }
+            Self::Repaid { technique, over, .. } => vec![technique, over],
+            Self::Refused { technique, beside, .. } => vec![technique, beside],
             // These find their cells themselves.
             Self::NeverSlower { .. }
             | Self::SortRatio { .. }
@@ -569,6 +613,28 @@ impl Rule {
                 let (least, most) = (Combine::Least.of(&figures), Combine::Greatest.of(&figures));
                 let detail = format!("{least:.2} to {most:.2} in {} comparisons", figures.len());
                 (combine.of(&figures), *bounds, detail)
+            }
+            Self::Repaid { technique, over, cost, saved, views, combine, bounds } => {
+                let (figures, detail) = each(views, evidence, |view| {
+                    let spent = time(technique, view, cost)?;
+                    let gain = time(over, view, saved)? - time(technique, view, saved)?;
+                    Ok(if gain > 0.0 { spent / gain } else { f64::INFINITY })
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::WrongPixels { technique, views, combine, bounds } => {
+                let wrong = |view: &View| evidence.wrong_percent(technique, view);
+                let (figures, detail) = each(views, evidence, wrong)?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Refused { technique, beside, view } => {
+                if let Some(reason) = evidence.refused(beside, view)? {
+                    return Err(format!("{beside} is refused as well: {reason}"));
+                }
+                let reason = evidence.refused(technique, view)?;
+                let holds = reason.is_some();
+                let detail = reason.unwrap_or_else(|| "it runs".to_owned());
+                return Ok(Finding { figure: f64::from(u8::from(holds)), holds, detail });
             }
             Self::NeverSlower { sort, than, shader_stage, scenes, from_depth, to_depth } => {
                 let depths = *from_depth..=*to_depth;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use analysis::{Tables, scene_name};
 
 use super::Figure;
+use super::bma_views::VIEWS;
 use crate::FigureError;
 use crate::chart::{DepthHistogram, HistogramSeries};
 use crate::data::{Group, by_device, groups, slug};
@@ -42,8 +43,13 @@ impl Figure for BmaFigure5 {
             };
             let (flat, varied): (Vec<_>, Vec<_>) =
                 counted.into_iter().partition(|(_, histogram)| uniform(histogram));
+            // The paper's scenes are a chart of their own.
+            let (mut paper, others): (Vec<_>, Vec<_>) =
+                varied.into_iter().partition(|(group, _)| place(group).is_some());
+            paper.sort_by_key(|(group, _)| place(group));
             // No more lines in a chart than there are colours to tell them apart.
-            for (index, part) in varied.chunks(SERIES.len()).enumerate() {
+            let parts = paper.chunks(SERIES.len()).chain(others.chunks(SERIES.len()));
+            for (index, part) in parts.enumerate() {
                 let suffix = if index == 0 { String::new() } else { format!("-{}", index + 1) };
                 let name = format!("bma-figure-5-{}{suffix}", slug(&device));
                 outputs.push(output(name, &device, part, &flat));
@@ -51,6 +57,11 @@ impl Figure for BmaFigure5 {
         }
         Ok(outputs)
     }
+}
+
+/// Where a view stands among the paper's, if it is one of them.
+fn place(group: &Group) -> Option<usize> {
+    VIEWS.iter().position(|view| view.is(scene_name(group.scene), group.view))
 }
 
 fn output(

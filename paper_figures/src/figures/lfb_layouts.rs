@@ -32,10 +32,11 @@ impl Figure for LfbLayouts {
     }
 }
 
-/// The stages of some cells in the order they run, without sums.
+/// The stages of some cells in the order they run, without sums and parts.
 fn stages<'a>(cells: &[&'a CellResult]) -> Vec<&'a str> {
     let names = cells.iter().flat_map(|cell| cell.times.keys()).map(String::as_str);
-    let mut names: Vec<&str> = names.filter(|stage| ![RESOLVE, TOTAL].contains(stage)).collect();
+    let whole = |stage: &&str| ![RESOLVE, TOTAL].contains(stage) && !stage.contains('[');
+    let mut names: Vec<&str> = names.filter(whole).collect();
     names.sort_by_key(|stage| (stage_place(stage), *stage));
     names.dedup();
     names

@@ -189,7 +189,8 @@ fn write(folder: &Path, device: &str, views: &[View], techniques: &[String]) -> 
         for sample in 0..SAMPLES {
             let stages_ns = stages(&name.technique, histogram, &mut rng);
             let total_ns = stages_ns.values().sum::<u64>() + 100;
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();

@@ -1,6 +1,7 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
 pub(crate) mod flight;
+pub(crate) mod bma;
 pub(crate) mod lfb;
 pub(crate) mod probe;
 
@@ -198,7 +199,8 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
                 stages_ns.values_mut().for_each(|ns| *ns = 1);
             }
             let total_ns = stages_ns.values().sum::<u64>() + 500;
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();

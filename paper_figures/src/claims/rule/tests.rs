@@ -13,6 +13,8 @@ struct Made {
     times: BTreeMap<(&'static str, &'static str), f64>,
     memory: BTreeMap<(&'static str, &'static str), Memory>,
     ratios: Vec<f64>,
+    wrong: BTreeMap<&'static str, f64>,
+    refused: BTreeMap<&'static str, Option<&'static str>>,
     /// Along the one series: place, and times by technique.
     series: Vec<(u64, Vec<(&'static str, f64)>)>,
 }
@@ -26,6 +28,15 @@ impl Evidence for Made {
     fn memory(&self, technique: &str, (scene, _): &View) -> Result<Memory, String> {
         let found = self.memory.iter().find(|((t, s), _)| *t == technique && s == scene);
         found.map(|(_, memory)| *memory).ok_or_else(|| format!("no memory of {technique}"))
+    }
+
+    fn wrong_percent(&self, technique: &str, _: &View) -> Result<f64, String> {
+        self.wrong.get(technique).copied().ok_or_else(|| format!("no {technique}"))
+    }
+
+    fn refused(&self, technique: &str, _: &View) -> Result<Option<String>, String> {
+        let state = self.refused.get(technique).ok_or_else(|| format!("no {technique}"))?;
+        Ok(state.map(str::to_owned))
     }
 
     fn views(&self, _: &str) -> Vec<String> {
@@ -247,4 +258,40 @@ fn a_ratio_of_sorts_is_of_all_views() {
     assert_eq!(answer(rule, &made(&[3.0, 3.5])), (true, 3.25));
     assert_eq!(answer(rule, &made(&[1.0, 3.0])), (false, 2.0));
     assert!(finding(rule, &made(&[])).unwrap_err().contains("no view of stack"));
+}
+
+#[test]
+fn what_a_stage_costs_is_repaid_by_what_another_saves() {
+    let rule = r#"kind = "repaid", technique = "a", over = "b", cost = "group", saved = "resolve",
+        views = [["x", "v"]], combine = "greatest", at_most = 0.1"#
+        .replace('\n', " ");
+    // The made-up evidence has one time for all stages: 1 spent, 20 - 1 saved.
+    let mut made =
+        Made { times: BTreeMap::from([(("a", "x"), 1.0), (("b", "x"), 20.0)]), ..Made::default() };
+    assert_eq!(answer(&rule, &made), (true, 0.053));
+    made.times.insert(("b", "x"), 3.0);
+    assert_eq!(answer(&rule, &made), (false, 0.5));
+    made.times.insert(("b", "x"), 1.0);
+    assert_eq!(answer(&rule, &made), (false, f64::INFINITY));
+    made.times.remove(&("b", "x"));
+    assert!(finding(&rule, &made).unwrap_err().contains("no b"));
+}
+
+#[test]
+fn wrong_pixels_are_counted() {
+    let rule = r#"kind = "wrong_pixels", technique = "a", views = [["x", "v"]], combine = "mean", above = 0.0"#;
+    let made = |percent| Made { wrong: BTreeMap::from([("a", percent)]), ..Made::default() };
+    assert_eq!(answer(rule, &made(0.25)), (true, 0.25));
+    assert_eq!(answer(rule, &made(0.0)), (false, 0.0));
+    assert!(finding(rule, &Made::default()).is_err());
+}
+
+#[test]
+fn a_limit_is_a_refusal_where_another_runs() {
+    let rule = r#"kind = "refused", technique = "a", beside = "b", view = ["x", "v"]"#;
+    let made = |a, b| Made { refused: BTreeMap::from([("a", a), ("b", b)]), ..Made::default() };
+    assert_eq!(answer(rule, &made(Some("255 at most"), None)), (true, 1.0));
+    assert_eq!(answer(rule, &made(None, None)), (false, 0.0));
+    assert!(finding(rule, &made(Some("no"), Some("no"))).unwrap_err().contains("as well"));
+    assert!(finding(rule, &Made::default()).is_err());
 }
