@@ -18,9 +18,9 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
 
 /// The sort of the backwards memory allocation paper's standard OIT: which of insertion and merge sort
 /// is the shader's choice, pixel by pixel.
-const OIT_SORT: &str = "insertion_merge";
+const OIT_SORT: &str = "insertion_merge64";
 /// The sort of its BMA-OIT: each interval's program has one.
-const BMA_OIT_SORT: &str = "insertion_merge";
+const BMA_OIT_SORT: &str = "insertion@16+merge";
 
 /// The techniques of the backwards memory allocation paper (section 4), as schedule, sort and shader
 /// stage. A name is followed by a space and the size of the array: `OIT max64`, `BMA-OIT peak`. Those

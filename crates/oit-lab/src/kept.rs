@@ -9,6 +9,9 @@ use oit_record::Cell;
 /// The most bytes of a file.
 const MOST_BYTES: u64 = 100_000;
 
+/// The largest error that a map holds, in 255ths.
+const LARGEST: u32 = 65535;
+
 /// Behind what is not opaque.
 const WHITE: [f32; 3] = [1.0; 3];
 
@@ -123,9 +126,10 @@ fn cut(image: &Image, window: Window) -> Image {
 fn errors(image: &Image, right: &[[f64; 4]]) -> Vec<u32> {
     let error = |(pixel, right): (&[f32; 4], &[f64; 4])| {
         let channel = |c: usize| (f64::from(pixel[c]) - right[c]).abs();
-        let largest =
-            (0..3).map(channel).fold(0.0, |a: f64, b| if b.is_nan() { b } else { a.max(b) });
-        if largest.is_finite() { (largest * 255.0).round().min(65535.0) as u32 } else { 65535 }
+        // `max` passes over what is not a number.
+        let largest = (0..3).map(channel).filter(|e| e.is_finite()).fold(0.0, f64::max);
+        let broken = (0..3).any(|c| !channel(c).is_finite());
+        if broken { LARGEST } else { (largest * 255.0).round().min(f64::from(LARGEST)) as u32 }
     };
     image.pixels.iter().zip(right).map(error).collect()
 }
@@ -171,7 +175,9 @@ mod tests {
         let right = vec![[0.0; 4]; 6];
         assert_eq!(errors(&image, &right), [0, 255, 128, 128, 64, 191]);
         let broken = Image { width: 1, height: 1, pixels: vec![[0.0, f32::NAN, 0.5, 1.0]] };
-        assert_eq!(errors(&broken, &[[0.0; 4]]), [65535]);
+        assert_eq!(errors(&broken, &[[0.0; 4]]), [LARGEST]);
+        let infinite = Image { width: 1, height: 1, pixels: vec![[0.0, 0.5, f32::INFINITY, 1.0]] };
+        assert_eq!(errors(&infinite, &[[0.0; 4]]), [LARGEST]);
         let window = Window { x: 1, y: 0, width: 2, height: 2 };
         assert_eq!(cut(&image, window).pixels, [[1.0; 4], [0.5; 4], [0.25; 4], [0.75; 4]]);
     }
