@@ -111,6 +111,10 @@ impl Capture for Linearized {
         include_str!("linearized_layout.wgsl").into()
     }
 
+    fn layout_cuda(&self) -> Option<&'static str> {
+        Some(include_str!("linearized_layout.cuh"))
+    }
+
     fn random_access(&self) -> bool {
         true
     }

@@ -100,6 +100,10 @@ impl Capture for LinkedList {
         include_str!("linked_list_layout.wgsl").into()
     }
 
+    fn layout_cuda(&self) -> Option<&'static str> {
+        Some(include_str!("linked_list_layout.cuh"))
+    }
+
     fn random_access(&self) -> bool {
         false
     }

@@ -45,6 +45,10 @@ impl SortStrategy for Rbs {
         include_str!("rbs.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("rbs.cu.j2"))
+    }
+
     fn values(&self, spec: &SortSpec) -> Value {
         context! { block => REGISTERS, blocks => spec.max_frags.div_ceil(REGISTERS) }
     }
