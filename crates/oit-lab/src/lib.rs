@@ -5,6 +5,7 @@
 
 mod assemble;
 mod cpu_engine;
+mod cuda_stage;
 mod engine;
 mod experiment;
 mod gpu_engine;
@@ -17,6 +18,7 @@ mod worker;
 
 pub use assemble::{Fragments, IMAGE, assemble};
 pub use cpu_engine::cpu_info;
+pub use cuda_stage::cuda_source;
 pub use engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
     open_engine,

@@ -1,15 +1,18 @@
 //! Every CUDA kernel against its CPU twin, with every layout that CUDA reads: compiled as C++ and run
 //! a thread after the other, where there is a C++ compiler, and on the GPU, where there is CUDA.
 
+mod support;
+
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
 use oit_capture::{CAPTURES, Capture};
+use oit_cuda::{Cuda, CudaError, DeviceBuffer};
 use oit_fragments::{Fragment, Lfb, Ties};
 use oit_gpu::{Buffer, Contents};
 use oit_sort::{
-    CUDA_THREADS, CudaLayout, CudaProgram, End, Output, STRATEGIES, Scratch, SortSpec,
+    CUDA_KERNEL, CUDA_THREADS, CudaLayout, CudaProgram, End, Output, STRATEGIES, Scratch, SortSpec,
     SortStrategy, patterns, resolve, sorted,
 };
 
@@ -53,8 +56,9 @@ struct Case {
     output: Output,
 }
 
-/// Every size and tie rule in the order of blending, and one size composited.
-fn cases(strategy: &'static dyn SortStrategy) -> Vec<Case> {
+/// Every size and tie rule in the order of blending, and one size composited; `few` sizes where other
+/// layouts have all.
+fn cases(strategy: &'static dyn SortStrategy, few: bool) -> Vec<Case> {
     let store = strategy.stores()[0];
     let limit = strategy.limit().unwrap_or(u32::MAX);
     let case = |max_frags, ties, output| Case {
@@ -63,7 +67,8 @@ fn cases(strategy: &'static dyn SortStrategy) -> Vec<Case> {
         output,
     };
     let mut cases = Vec::new();
-    for max_frags in [1, 8, 20, 32, 64, 100, 160].into_iter().filter(|&n| n <= limit) {
+    let sizes: &[u32] = if few { &[20, 64, 100] } else { &[1, 8, 20, 32, 64, 100, 160] };
+    for max_frags in sizes.iter().copied().filter(|&n| n <= limit) {
         for ties in Ties::ALL {
             cases.push(case(max_frags, ties, Output::Emit));
         }
@@ -116,11 +121,11 @@ fn check(case: &Case, given: &Lfb, made: &[u8]) {
 }
 
 /// The bytes of the buffers that a layout reads, and of where each pixel's fragments start.
-fn buffers(capture: &dyn Capture, given: &Lfb) -> (Vec<Buffer>, Vec<u32>) {
-    let names = layout_names(capture);
+fn buffers(capture: &'static dyn Capture, given: &Lfb) -> (Vec<Buffer>, Vec<u32>) {
+    let names = layout(capture).buffers();
     let mut all = capture.upload(given);
-    let named = names.iter().map(|name| {
-        let place = all.iter().position(|buffer| buffer.name == *name);
+    let named = names.into_iter().map(|name| {
+        let place = all.iter().position(|buffer| buffer.name == name);
         all.swap_remove(place.unwrap_or_else(|| panic!("{} uploads no {name}", capture.name())))
     });
     let named = named.collect();
@@ -132,12 +137,6 @@ fn as_read(capture: &dyn Capture, given: &Lfb) -> Lfb {
     let mut read = given.clone();
     capture.order(&mut read);
     read
-}
-
-fn layout_names(capture: &dyn Capture) -> Vec<&'static str> {
-    let source = capture.layout_cuda().expect("one of `layouts`");
-    let layout = CudaLayout { name: capture.name(), source, random_access: false };
-    layout.buffers()
 }
 
 fn bytes(buffer: &Buffer) -> &[u8] {
@@ -162,8 +161,7 @@ fn host_program(cases: &[Case], layout: CudaLayout, given: &Lfb, room: usize) ->
             Output::Emit => (8 * total, "emit_offsets, "),
             Output::Composite => (16 * pixels as usize, ""),
         };
-        let inputs: Vec<String> =
-            layout.buffers().iter().map(|name| format!("{name}, ")).collect();
+        let inputs: Vec<String> = layout.buffers().iter().map(|name| format!("{name}, ")).collect();
         let _ = writeln!(
             main,
             "{{ Buffer made = poisoned({bytes});\n\
@@ -200,7 +198,7 @@ fn every_kernel_sorts_as_its_twin_as_cpp() {
     let flags = std::env::var("OIT_CPP_FLAGS").unwrap_or_default();
     let flags: Vec<&str> = flags.split_whitespace().collect();
     assert!(layouts().len() >= 2);
-    for capture in layouts() {
+    for (place, capture) in layouts().into_iter().enumerate() {
         let (buffers, offsets) = buffers(capture, &given);
         let read = as_read(capture, &given);
         for strategy in STRATEGIES.iter().filter(|strategy| strategy.cuda_template().is_some()) {
@@ -210,7 +208,7 @@ fn every_kernel_sorts_as_its_twin_as_cpp() {
             };
             buffers.iter().for_each(|buffer| write(&buffer.name, bytes(buffer)));
             write("emit_offsets", bytemuck::cast_slice(&offsets));
-            let cases = cases(*strategy);
+            let cases = cases(*strategy, place > 0);
             let room = given.fragments().len();
             cpp_runs(folder.path(), &flags, &host_program(&cases, layout(capture), &given, room));
             for (place, case) in cases.iter().enumerate() {
@@ -218,6 +216,67 @@ fn every_kernel_sorts_as_its_twin_as_cpp() {
                 check(case, &read, &std::fs::read(made).expect("it was saved"));
             }
             println!("{} on {}: {} programs", strategy.name(), capture.name(), cases.len());
+        }
+    }
+}
+
+/// Runs a case on the GPU; what it made.
+fn on_gpu(
+    cuda: &mut Cuda,
+    case: &Case,
+    layout: CudaLayout,
+    inputs: &[DeviceBuffer],
+    offsets: &DeviceBuffer,
+    given: &Lfb,
+) -> Result<Vec<u8>, CudaError> {
+    let (pixels, total) = (given.pixels() as u32, given.fragments().len());
+    let label = format!("{} on {}", case.strategy.name(), layout.name);
+    let kernel = cuda.kernel(&label, &source(case, layout, pixels), CUDA_KERNEL)?;
+    let (bytes, more) = match case.output {
+        Output::Emit => (8 * total, std::slice::from_ref(offsets)),
+        Output::Composite => (16 * pixels as usize, &[][..]),
+    };
+    let mut made = cuda.allocate("made", bytes as u64)?;
+    let blocks = (pixels.div_ceil(CUDA_THREADS), CUDA_THREADS);
+    // SAFETY: these are the kernel's parameters, and the buffers hold all of its pixels.
+    unsafe { cuda.run(&kernel, blocks, (inputs, total as u32, more), &mut made) }?;
+    if case.output == Output::Emit {
+        let (local, registers) = cuda.local_bytes_and_registers(&kernel)?;
+        println!("{label}, {:?}: {local} bytes local, {registers} registers", case.spec);
+    }
+    cuda.read(&made)
+}
+
+#[test]
+fn every_kernel_sorts_as_its_twin_on_the_gpu() {
+    let given = pixels();
+    let cache = support::cache();
+    for id in support::gpus() {
+        let device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
+        let Some(uuid) = device.uuid() else { continue };
+        let mut cuda = match Cuda::open(uuid) {
+            Ok(cuda) => cuda,
+            Err(CudaError::Missing(reason)) => {
+                eprintln!("SKIPPED: {id}: {reason}");
+                continue;
+            }
+            Err(error) => panic!("{id}: {error}"),
+        };
+        for (place, capture) in layouts().into_iter().enumerate() {
+            let (buffers, offsets) = buffers(capture, &given);
+            let read = as_read(capture, &given);
+            let upload = |name: &str, bytes: &[u8]| cuda.upload(name, bytes).expect("it has room");
+            let inputs: Vec<DeviceBuffer> =
+                buffers.iter().map(|buffer| upload(&buffer.name, bytes(buffer))).collect();
+            let offsets = upload("emit_offsets", bytemuck::cast_slice(&offsets));
+            for strategy in STRATEGIES.iter().filter(|strategy| strategy.cuda_template().is_some())
+            {
+                for case in cases(*strategy, place > 0) {
+                    let layout = layout(capture);
+                    let made = on_gpu(&mut cuda, &case, layout, &inputs, &offsets, &given);
+                    check(&case, &read, &made.unwrap_or_else(|error| panic!("{id}: {error}")));
+                }
+            }
         }
     }
 }

@@ -73,8 +73,7 @@ impl CudaProgram<'_> {
     pub fn source(&self) -> Result<String, ProgramError> {
         let strategy = self.strategy.name();
         self.spec.check(self.strategy)?;
-        let template =
-            self.strategy.cuda_template().ok_or(ProgramError::NoCuda { strategy })?;
+        let template = self.strategy.cuda_template().ok_or(ProgramError::NoCuda { strategy })?;
         self.assemble(template).map_err(|source| ProgramError::Template {
             strategy,
             layout: self.layout.name.to_owned(),
