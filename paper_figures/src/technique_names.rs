@@ -11,6 +11,9 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak"),
     ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak"),
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak"),
+    ("CUDA-IS", "linked_list/base/insertion/cuda/peak"),
+    ("CUDA-IMS", "linked_list/base/insertion_merge/cuda/peak"),
+    ("CUDA-RBS-L", "linked_list/base/rbs/cuda/peak"),
 ];
 
 /// Whether a sort sorts nothing: what is left of a resolve's time without one.

@@ -54,6 +54,17 @@ fn layout(technique: &Technique) -> Result<CudaLayout<'static>, CellError> {
     Ok(CudaLayout { name, source, random_access })
 }
 
+/// The versions of CUDA's driver and compiler on this machine.
+///
+/// # Errors
+/// Why it has none that can be used.
+pub fn cuda_versions() -> Result<String, String> {
+    match oit_cuda::versions() {
+        Ok(versions) => Ok(versions.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// What a technique's resolve in CUDA is, and its source.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, slots};
-use crate::cuda_stage::{CudaResolve, CudaStage};
+use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
 use crate::technique::{PoolPolicy, Stage, Technique};
 
@@ -49,11 +49,12 @@ impl GpuEngine {
     pub(crate) fn new(device: Box<dyn Device>) -> Self {
         let mut info = device.info().clone();
         if device.uuid().is_some() {
-            match oit_cuda::versions() {
-                Ok(versions) => info.cuda = Some(versions.to_string()),
-                Err(error) => info
-                    .unsupported
-                    .push(Unsupported { feature: "cuda stage".into(), reason: error.to_string() }),
+            match cuda_versions() {
+                Ok(versions) => info.cuda = Some(versions),
+                Err(reason) => {
+                    let feature = "cuda stage".into();
+                    info.unsupported.push(Unsupported { feature, reason });
+                }
             }
         }
         Self { device, info, view: None, cuda: CudaStage::default() }

@@ -65,7 +65,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             );
             row("sort", &join(STRATEGIES.iter().map(|sort| sort.name()).collect()));
             row("", "A+B: A where it holds the interval, B above");
-            row("stage", "fragment | compute");
+            row("stage", "fragment | compute | cuda (schedule base alone)");
             row("max", "peak (the next power of two above the peak) | maxN");
             row("ties-depth", "compare depth alone, as the papers do");
             row(
