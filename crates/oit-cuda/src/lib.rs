@@ -5,9 +5,11 @@
 
 mod device;
 mod libraries;
+mod segmented_sort;
 
 pub use device::{Cuda, DeviceBuffer, Kernel};
 pub use libraries::{Versions, versions};
+pub use segmented_sort::{Sorted, segmented_sort};
 
 /// What kept CUDA from doing as told.
 #[derive(Debug, thiserror::Error)]

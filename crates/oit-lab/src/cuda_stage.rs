@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use oit_cuda::{Cuda, CudaError, DeviceBuffer, Kernel};
+use oit_fragments::Lfb;
 use oit_gpu::{Device, PlanId};
 use oit_sort::{CUDA_KERNEL, CUDA_THREADS, CudaLayout, CudaProgram, Output};
 
@@ -63,6 +64,29 @@ pub fn cuda_versions() -> Result<String, String> {
         Ok(versions) => Ok(versions.to_string()),
         Err(error) => Err(error.to_string()),
     }
+}
+
+/// CUDA's own segmented sort of a captured frame: nanoseconds of each run, by CUDA's events. It sorts
+/// linearized runs and composites nothing, so that it is no technique. What it makes is compared with
+/// the standard library's sort.
+///
+/// # Errors
+/// [`CellError::Unsupported`] where the toolkit is not there, and [`CellError::Failed`] where it sorts
+/// wrong.
+pub fn cuda_segmented_sort(lfb: &Lfb, runs: u32) -> Result<Vec<u64>, CellError> {
+    let too_many = |_| CellError::Unsupported("more fragments than 32 bits count".into());
+    let offsets: Result<Vec<u32>, _> =
+        lfb.offsets().iter().map(|&offset| u32::try_from(offset)).collect();
+    let keys: Vec<u64> = lfb.fragments().iter().map(|fragment| fragment.key()).collect();
+    let sorted = oit_cuda::segmented_sort(&keys, &offsets.map_err(too_many)?, runs)?;
+    let mut expected = lfb.clone();
+    expected.reorder(|fragments| fragments.sort_by_key(|fragment| fragment.key()));
+    let expected = expected.fragments().iter().map(|fragment| fragment.key());
+    let wrong = expected.zip(&sorted.keys).filter(|(a, b)| a != *b).count();
+    if wrong > 0 {
+        return Err(CellError::Failed(format!("{wrong} fragments are not in their place")));
+    }
+    Ok(sorted.runs_ns)
 }
 
 /// What a technique's resolve in CUDA is, and its source.

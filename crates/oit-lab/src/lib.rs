@@ -18,7 +18,7 @@ mod worker;
 
 pub use assemble::{Fragments, IMAGE, assemble};
 pub use cpu_engine::cpu_info;
-pub use cuda_stage::{cuda_source, cuda_versions};
+pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
     open_engine,
