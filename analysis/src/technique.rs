@@ -19,7 +19,7 @@ pub struct Technique {
     pub schedule: String,
     /// The sort strategy; strategies of several intervals are joined by `+`.
     pub sort: String,
-    /// Where the resolve runs: `fragment` or `compute`. Called so because *stage* also names a
+    /// Where the resolve runs: `fragment`, `compute` or `cuda`. Called so because *stage* also names a
     /// timed part of a frame.
     pub shader_stage: String,
     /// The most fragments sorted a pixel: `peak` or `maxN`.

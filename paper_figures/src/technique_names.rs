@@ -11,6 +11,10 @@ pub(crate) const ALIASES: &[(&str, &str)] = &[
     ("BMA-IS", "linked_list/bma-stencil/insertion/fragment/peak"),
     ("BMA-IMS", "linked_list/bma-stencil/insertion_merge/fragment/peak"),
     ("BMA-RBS-L", "linked_list/bma-stencil/rbs/fragment/peak"),
+    ("CUDA-IS", "linked_list/base/insertion/cuda/peak"),
+    ("CUDA-IMS", "linked_list/base/insertion_merge/cuda/peak"),
+    ("CUDA-RBS-L", "linked_list/base/rbs/cuda/peak"),
+    ("RBS-G", "linked_list/base/rbs-global/fragment/peak"),
     // Of the backwards memory allocation paper (Table 2), with its own bounds between sorts.
     ("OIT", "linked_list/base/insertion_merge64/fragment/peak"),
     ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak"),

@@ -33,6 +33,12 @@ pub trait Capture: Sync {
         None
     }
 
+    /// The same in CUDA C++, where there is one: `struct Lfb` with the buffers it reads, and the
+    /// functions on it (see `oit_sort::CudaLayout`).
+    fn layout_cuda(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Whether the i-th fragment of a pixel can be read without reading those before it.
     fn random_access(&self) -> bool;
 

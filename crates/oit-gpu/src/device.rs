@@ -52,6 +52,12 @@ pub trait Device {
     /// What it is and what it can do.
     fn info(&self) -> &DeviceInfo;
 
+    /// The identifier by which other interfaces of the driver (CUDA) know the same GPU, where the
+    /// backend tells it.
+    fn uuid(&self) -> Option<[u8; 16]> {
+        None
+    }
+
     /// Makes a plan ready: checks it, compiles its pipelines (each once a process, and kept on
     /// disk between processes), allocates what it names and uploads its data.
     ///

@@ -170,11 +170,12 @@ pub(crate) fn slots(
     }
 }
 
-/// The plan of a technique on one view with these counts and this many slots in the pool.
+/// The plan of a technique on one view with these counts and this many slots in the pool. In the
+/// stage `cuda` it ends with the capture.
 ///
 /// # Errors
 /// [`CellError::Unsupported`] where no strategy of its sort choice holds that many fragments, or
-/// the capture needs lists that the schedule does not make.
+/// the capture needs lists that the schedule does not make, or the stage lacks the schedule.
 pub fn assemble(
     technique: &Technique,
     fragments: Fragments,
@@ -183,6 +184,10 @@ pub fn assemble(
     pool_slots: u64,
 ) -> Result<Plan, CellError> {
     needs_lists(technique)?;
+    if !technique.stage.has(technique.schedule) {
+        let stage = technique.stage.name();
+        return Err(CellError::Unsupported(format!("the {stage} stage has no such schedule")));
+    }
     let capture = technique.capture;
     if matches!(fragments, Fragments::Stored(_)) && rewrites(technique, histogram.peak())? {
         let reason = "stored fragments are uploaded once, and it would leave them in another order";
@@ -264,6 +269,8 @@ pub fn assemble(
                 }
             }
         }
+        // Not the plan's: see `cuda_stage`.
+        Stage::Cuda => {}
         Stage::Compute => {
             plan.buffers.push(Buffer::new(IMAGE, 16 * size.pixels()));
             if let Some((grouping, _)) = grouping {

@@ -61,6 +61,7 @@ pub fn cpu_info() -> DeviceInfo {
         max_workgroup_invocations: 1,
         timestamp_period_ns: Some(1.0),
         memory_bytes: None,
+        cuda: None,
         unsupported: vec![Unsupported { feature: "fragment stage".into(), reason: reason.into() }],
     }
 }
@@ -144,7 +145,7 @@ impl Engine for CpuEngine {
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
-        if technique.stage == Stage::Fragment {
+        if technique.stage != Stage::Compute {
             let reason = &self.info.unsupported[0].reason;
             return Err(CellError::Unsupported(reason.clone()));
         }

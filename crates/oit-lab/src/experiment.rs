@@ -437,7 +437,7 @@ impl SweepFile {
         let captures = place.axis(&self.captures, &all[..1], &all, parse_capture)?;
         let all = Schedule::ALL.map(|(schedule, ..)| schedule);
         let schedules = place.axis(&self.schedules, &all[..1], &all, parse_schedule)?;
-        let stages = place.axis(&self.stages, &Stage::ALL, &Stage::ALL, parse_stage)?;
+        let stages = place.axis(&self.stages, &Stage::SHADERS, &Stage::ALL, parse_stage)?;
         let ties = place.axis(&self.ties, &[Ties::Total], &Ties::ALL, parse_ties)?;
         let parse_sort = |text: &str| Ok(text.parse()?);
         let sorts = place.axis(&self.sorts, &[], &SortChoice::all(), parse_sort)?;
@@ -452,21 +452,26 @@ impl SweepFile {
                 place.technique(word, schedule.admits(choice))?;
             }
         }
-        let masked = |word: &&Spanned<String>| {
-            parse_schedule(word.get_ref()).is_ok_and(Schedule::masks_what_is_drawn)
-        };
-        if let Some(word) = self.schedules.iter().find(masked)
-            && stages.contains(&Stage::Compute)
-        {
-            let (schedule, needs, stage) = (word.get_ref().clone(), "fragment", "compute");
-            return place.technique(word, Err(TechniqueError::Stage { schedule, needs, stage }));
+        // A schedule that is named runs in every stage that is named.
+        for word in &self.schedules {
+            let Ok(schedule) = parse_schedule(word.get_ref()) else { continue };
+            let lacking = |stage: &&Stage| !stage.has(schedule);
+            if let Some(stage) = stages.iter().find(lacking) {
+                let (schedule, stage, needs) = (
+                    word.get_ref().clone(),
+                    stage.name(),
+                    if schedule.masks_what_is_drawn() { "fragment" } else { "compute" },
+                );
+                return place
+                    .technique(word, Err(TechniqueError::Stage { schedule, needs, stage }));
+            }
         }
         for &capture in &captures {
             for &schedule in &schedules {
                 for sort in &sorts {
                     for &stage in &stages {
                         // Of `all` schedules those that the stage has.
-                        if schedule.masks_what_is_drawn() && stage == Stage::Compute {
+                        if !stage.has(schedule) {
                             continue;
                         }
                         for &max_frags in &sizes {

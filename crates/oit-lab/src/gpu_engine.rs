@@ -7,16 +7,19 @@ use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, Lists, Usage, co
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
-use oit_record::DeviceInfo;
+use oit_record::{DeviceInfo, Unsupported};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, slots};
+use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
-use crate::technique::{PoolPolicy, Technique};
+use crate::technique::{PoolPolicy, Stage, Technique};
 
 /// A GPU and the view open on it.
 pub(crate) struct GpuEngine {
     device: Box<dyn Device>,
+    info: DeviceInfo,
     view: Option<OpenView>,
+    cuda: CudaStage,
 }
 
 struct OpenView {
@@ -32,6 +35,8 @@ struct OpenView {
 struct ReadyPlan {
     attempt: Option<PlanId>,
     plan: PlanId,
+    /// What resolves, where the plan does not.
+    cuda: Option<CudaResolve>,
     capture: &'static dyn Capture,
     pool_slots: u64,
 }
@@ -42,7 +47,17 @@ fn no_view() -> CellError {
 
 impl GpuEngine {
     pub(crate) fn new(device: Box<dyn Device>) -> Self {
-        Self { device, view: None }
+        let mut info = device.info().clone();
+        if device.uuid().is_some() {
+            match cuda_versions() {
+                Ok(versions) => info.cuda = Some(versions),
+                Err(reason) => {
+                    let feature = "cuda stage".into();
+                    info.unsupported.push(Unsupported { feature, reason });
+                }
+            }
+        }
+        Self { device, info, view: None, cuda: CudaStage::default() }
     }
 
     fn view(&self) -> Result<&OpenView, CellError> {
@@ -176,11 +191,12 @@ fn both(first: Timing, second: Timing) -> Timing {
 
 impl Engine for GpuEngine {
     fn info(&self) -> &DeviceInfo {
-        self.device.info()
+        &self.info
     }
 
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
         self.device.reset();
+        self.cuda.reset();
         self.view = None;
         let counts: Vec<u32> = match &data.source {
             Source::Scene(scene) => {
@@ -236,6 +252,11 @@ impl Engine for GpuEngine {
         if is_stored && percent != 100 {
             return Err(CellError::Unsupported("stored fragments are all there".into()));
         }
+        let (size, peak) = (view.data.size, view.histogram.peak());
+        let in_cuda = technique.stage == Stage::Cuda;
+        if in_cuda {
+            self.cuda.check(&*self.device, technique, size, peak)?;
+        }
         let pool_initial = whole.saturating_mul(percent).div_ceil(100).max(1);
         let (mut plan, usage, mut prepare_ms) = self.attempt(technique, pool_initial)?;
         let (mut attempt, mut pool_slots) = (None, pool_initial);
@@ -251,34 +272,53 @@ impl Engine for GpuEngine {
             attempt = Some(std::mem::replace(&mut plan, second));
             prepare_ms += more_ms;
         }
+        let mut memory = self.memory(technique.capture, attempt, plan)?;
+        let mut cuda = None;
+        if in_cuda {
+            let started = Instant::now();
+            let kernel = self.cuda.compile(&*self.device, technique, size, peak)?;
+            prepare_ms += started.elapsed().as_secs_f64() * 1e3;
+            let resolve = self.cuda.copy(&mut *self.device, plan, technique, kernel, size)?;
+            self.cuda.run(&resolve)?;
+            let (copy, image) = self.cuda.memory_bytes(&resolve);
+            memory.all_bytes += copy + image;
+            memory.peak_bytes += copy + image;
+            cuda = Some(resolve);
+        }
         let preparation = Preparation {
             max_frags,
             pool_initial,
             pool_final: pool_slots,
             pool_grown: u32::from(attempt.is_some()),
-            memory: Some(self.memory(technique.capture, attempt, plan)?),
+            memory: Some(memory),
             prepare_ms,
         };
         let capture = technique.capture;
         let view = self.view.as_mut().expect("it was open above");
-        view.ready.push(ReadyPlan { attempt, plan, capture, pool_slots });
+        view.ready.push(ReadyPlan { attempt, plan, cuda, capture, pool_slots });
         Ok((Ready(view.ready.len() - 1), preparation))
     }
 
     fn run(&mut self, ready: Ready) -> Result<Timing, CellError> {
-        let ReadyPlan { attempt, plan, .. } = *self.ready(ready)?.0;
+        let ready = self.ready(ready)?.0;
+        let (attempt, plan, cuda) = (ready.attempt, ready.plan, ready.cuda.clone());
         let first = attempt.map(|attempt| self.device.run(attempt)).transpose()?;
-        let second = self.device.run(plan)?;
+        let mut timing = self.device.run(plan)?;
+        if let Some(resolve) = cuda {
+            let ns = self.cuda.run(&resolve)?;
+            timing.stages.push(("resolve", ns));
+            timing.total_ns += ns;
+        }
         Ok(match first {
-            Some(first) => both(first, second),
-            None => second,
+            Some(first) => both(first, timing),
+            None => timing,
         })
     }
 
     fn picture(&mut self, ready: Ready) -> Result<Image, CellError> {
-        let (plan, size) = self.ready(ready)?;
-        let plan = plan.plan;
-        let bytes = self.device.read(plan, IMAGE)?;
+        let (ready, size) = self.ready(ready)?;
+        let (plan, in_cuda) = (ready.plan, ready.cuda.is_some());
+        let bytes = if in_cuda { self.cuda.picture()? } else { self.device.read(plan, IMAGE)? };
         let pixels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
         if pixels.len() as u64 != size.pixels() {
             let what = format!("{} pixels read, {} expected", pixels.len(), size.pixels());

@@ -6,6 +6,7 @@
 mod array_probe;
 mod assemble;
 mod cpu_engine;
+mod cuda_stage;
 mod engine;
 mod experiment;
 mod gpu_engine;
@@ -23,6 +24,7 @@ mod worker;
 pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
 pub use cpu_engine::cpu_info;
+pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
     open_engine,

@@ -118,6 +118,8 @@ pub enum Stage {
     Fragment,
     /// Compute.
     Compute,
+    /// CUDA, on fragments that were captured once and copied (see METHODOLOGY.md).
+    Cuda,
 }
 
 /// How many fragments of a pixel a resolve program holds.
@@ -194,8 +196,22 @@ impl Schedule {
 }
 
 impl Stage {
-    /// Both stages, in the order they are listed.
-    pub const ALL: [Self; 2] = [Self::Fragment, Self::Compute];
+    /// Every stage, in the order they are listed.
+    pub const ALL: [Self; 3] = [Self::Fragment, Self::Compute, Self::Cuda];
+
+    /// The stages of shaders, which every GPU has.
+    pub const SHADERS: [Self; 2] = [Self::Fragment, Self::Compute];
+
+    /// Whether programs of a schedule run in it.
+    #[must_use]
+    pub fn has(self, schedule: Schedule) -> bool {
+        match self {
+            Self::Fragment => true,
+            Self::Compute => !schedule.masks_what_is_drawn(),
+            // It has no stencil, and no list is made for it.
+            Self::Cuda => schedule == Schedule::Base,
+        }
+    }
 
     /// The word for it in names.
     #[must_use]
@@ -203,6 +219,7 @@ impl Stage {
         match self {
             Self::Fragment => "fragment",
             Self::Compute => "compute",
+            Self::Cuda => "cuda",
         }
     }
 }
@@ -233,7 +250,8 @@ impl fmt::Display for MaxFrags {
     }
 }
 
-/// The papers' names for techniques. Their programs run in the fragment stage and compare depth.
+/// The papers' names for techniques. Their programs run in the fragment stage or in CUDA, and compare
+/// depth.
 pub const ALIASES: &[(&str, &str)] = &[
     ("BASE-IS", "linked_list/base/insertion/fragment/peak/ties-depth"),
     ("BASE-IMS", "linked_list/base/insertion_merge/fragment/peak/ties-depth"),
@@ -245,6 +263,9 @@ pub const ALIASES: &[(&str, &str)] = &[
     // Of the BMA paper, with its own bounds between insertion and merge sort (section 4).
     ("OIT", "linked_list/base/insertion_merge64/fragment/peak/ties-depth"),
     ("BMA-OIT", "linked_list/bma-stencil/insertion@16+merge/fragment/peak/ties-depth"),
+    ("CUDA-IS", "linked_list/base/insertion/cuda/peak/ties-depth"),
+    ("CUDA-IMS", "linked_list/base/insertion_merge/cuda/peak/ties-depth"),
+    ("CUDA-RBS-L", "linked_list/base/rbs/cuda/peak/ties-depth"),
 ];
 
 impl Technique {
@@ -257,7 +278,7 @@ impl Technique {
             (Schedule::BaseStencil, _) => "base-stencil",
             (Schedule::BmaStencilCount, _) => "bma-stencil-count",
             (Schedule::Bma, Stage::Fragment) => "bma-stencil",
-            (Schedule::Bma, Stage::Compute) => "bma-list",
+            (Schedule::Bma, Stage::Compute | Stage::Cuda) => "bma-list",
         }
     }
 }
@@ -466,9 +487,12 @@ impl FromStr for Technique {
             ("bma-stencil", Stage::Fragment) | ("bma-list", Stage::Compute) => Schedule::Bma,
             ("base-stencil", Stage::Fragment) => Schedule::BaseStencil,
             ("bma-stencil-count", Stage::Fragment) => Schedule::BmaStencilCount,
-            ("base-stencil" | "bma-stencil" | "bma-stencil-count", Stage::Compute)
-            | ("bma-list", Stage::Fragment) => {
-                let needs = if stage == Stage::Compute { "fragment" } else { "compute" };
+            (
+                "base-stencil" | "bma-stencil" | "bma-stencil-count",
+                Stage::Compute | Stage::Cuda,
+            )
+            | ("bma-list", Stage::Fragment | Stage::Cuda) => {
+                let needs = if *schedule == "bma-list" { "compute" } else { "fragment" };
                 let (schedule, stage) = ((*schedule).to_owned(), stage.name());
                 return Err(TechniqueError::Stage { schedule, needs, stage });
             }
@@ -533,6 +557,7 @@ mod tests {
             "linked_list/base/auto/compute/peak",
             "linked_list/base-intervals/merge/fragment/max512/ties-depth",
             "linked_list/base-intervals/merge/compute/peak",
+            "linearized/base/network+rbs/cuda/max128",
         ] {
             assert_eq!(name.parse::<Technique>().unwrap().to_string(), name);
         }
@@ -552,6 +577,10 @@ mod tests {
         assert!(text.contains("compute stage"), "{text}");
         let text = error("linked_list/base-stencil/rbs/compute/peak");
         assert!(text.contains("fragment stage"), "{text}");
+        let text = error("linked_list/bma-list/rbs/cuda/peak");
+        assert!(text.contains("bma-list runs in the compute stage, not in the cuda"), "{text}");
+        let text = error("linked_list/bma-stencil/rbs/cuda/peak");
+        assert!(text.contains("fragment stage, not in the cuda"), "{text}");
         let text = error("linked_list/base/rbs/compute/peak/pool0-drop");
         assert!(text.contains("pool0-drop"), "{text}");
         let text = error("linked_list/base/rbs/fragment/max0");

@@ -199,7 +199,7 @@ fn model(
     let frames = size.pixels() as f64 / interval.frame_px as f64;
     let interval_ns = match technique.stage {
         Stage::Fragment => interval.interval_ns * frames,
-        Stage::Compute => interval.interval_ns,
+        Stage::Compute | Stage::Cuda => interval.interval_ns,
     };
     let model = CostModel::new(interval_ns, parts).map_err(|error| error.to_string())?;
     Ok((model, interval.grouping_ns * frames))

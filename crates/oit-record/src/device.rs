@@ -29,6 +29,9 @@ pub struct DeviceInfo {
     pub timestamp_period_ns: Option<f64>,
     /// Device-local memory, in bytes.
     pub memory_bytes: Option<u64>,
+    /// The versions of CUDA's driver and compiler, where the device was used by them too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cuda: Option<String>,
     /// What techniques may need and this device lacks, with the reason.
     pub unsupported: Vec<Unsupported>,
 }

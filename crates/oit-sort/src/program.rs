@@ -135,6 +135,12 @@ pub enum ProgramError {
         /// The strategy and its store.
         strategy: String,
     },
+    /// The strategy is written in WGSL alone.
+    #[error("sort {strategy:?} has no kernel in CUDA, or not in this store")]
+    NoCuda {
+        /// The strategy.
+        strategy: &'static str,
+    },
     /// Emitting is for compute entries.
     #[error("a fragment shader cannot emit fragments: use a compute entry")]
     EmitFromFragment,
@@ -159,6 +165,36 @@ pub enum ProgramError {
     },
 }
 
+/// An environment for kernels' templates, without any.
+pub(crate) fn environment<'a>() -> Environment<'a> {
+    let mut environment = Environment::new();
+    environment.set_trim_blocks(true);
+    environment.set_lstrip_blocks(true);
+    environment.set_keep_trailing_newline(true);
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment
+}
+
+impl SortSpec {
+    /// Whether the strategy can be compiled for it.
+    pub(crate) fn check(&self, strategy: &dyn SortStrategy) -> Result<(), ProgramError> {
+        let (name, stores) = (strategy.name(), strategy.stores());
+        let Self { min_frags, max_frags, store, .. } = *self;
+        if max_frags == 0 || min_frags > max_frags {
+            return Err(ProgramError::Range { strategy: name, min_frags, max_frags });
+        }
+        if !stores.contains(&store) {
+            let stores = stores.iter().map(|store| store.name()).collect();
+            return Err(ProgramError::Store { strategy: name, store: store.name(), stores });
+        }
+        if let Some(limit) = strategy.limit_in(store).filter(|&limit| max_frags > limit) {
+            let strategy = store_name(strategy, store);
+            return Err(ProgramError::TooManyFrags { strategy, max_frags, limit });
+        }
+        Ok(())
+    }
+}
+
 impl Program<'_> {
     /// The program's WGSL: the prelude, the layout, the strategy's kernel, the entry point.
     ///
@@ -174,22 +210,12 @@ impl Program<'_> {
     }
 
     fn check(&self) -> Result<(), ProgramError> {
+        self.spec.check(self.strategy)?;
+        if self.spec.store == Store::Workgroup && self.entry == Entry::Fragment {
+            let strategy = store_name(self.strategy, self.spec.store);
+            return Err(ProgramError::WorkgroupInFragment { strategy });
+        }
         let strategy = self.strategy.name();
-        let SortSpec { min_frags, max_frags, store, .. } = self.spec;
-        if max_frags == 0 || min_frags > max_frags {
-            return Err(ProgramError::Range { strategy, min_frags, max_frags });
-        }
-        if !self.strategy.stores().contains(&store) {
-            let stores = self.strategy.stores().iter().map(|store| store.name()).collect();
-            return Err(ProgramError::Store { strategy, store: store.name(), stores });
-        }
-        let named = || store_name(self.strategy, store);
-        if let Some(limit) = self.strategy.limit_in(store).filter(|&limit| max_frags > limit) {
-            return Err(ProgramError::TooManyFrags { strategy: named(), max_frags, limit });
-        }
-        if store == Store::Workgroup && self.entry == Entry::Fragment {
-            return Err(ProgramError::WorkgroupInFragment { strategy: named() });
-        }
         if self.width_px.checked_mul(self.height_px).is_none() {
             let (width_px, height_px) = (self.width_px, self.height_px);
             return Err(ProgramError::TooManyPixels { width_px, height_px });
@@ -205,11 +231,7 @@ impl Program<'_> {
     }
 
     fn assemble(&self) -> Result<String, minijinja::Error> {
-        let mut environment = Environment::new();
-        environment.set_trim_blocks(true);
-        environment.set_lstrip_blocks(true);
-        environment.set_keep_trailing_newline(true);
-        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        let mut environment = environment();
         // Every kernel's template under its name, so that one may import another's macros.
         for strategy in STRATEGIES {
             environment.add_template(strategy.name(), strategy.template())?;

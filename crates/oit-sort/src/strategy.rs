@@ -83,6 +83,13 @@ pub trait SortStrategy: Sync {
     /// The body of its kernel, a minijinja template.
     fn template(&self) -> &'static str;
 
+    /// The same in CUDA C++, where there is one: a template of
+    /// `INLINE void sort_and_blend(Lfb &lfb, Out &out)`, which finds the pixel begun
+    /// (see [`crate::CudaProgram`]).
+    fn cuda_template(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Values its template needs beside the common ones (a network's comparators, say).
     fn values(&self, spec: &SortSpec) -> Value {
         let _ = spec;

@@ -116,6 +116,10 @@ impl Capture for Linearized {
         rewritable_slots(self, "1u")
     }
 
+    fn layout_cuda(&self) -> Option<&'static str> {
+        Some(include_str!("linearized_layout.cuh"))
+    }
+
     fn random_access(&self) -> bool {
         true
     }

@@ -123,6 +123,10 @@ impl Capture for LinkedList {
         rewritable(self, include_str!("linked_list_rewrite.wgsl"))
     }
 
+    fn layout_cuda(&self) -> Option<&'static str> {
+        Some(include_str!("linked_list_layout.cuh"))
+    }
+
     fn random_access(&self) -> bool {
         false
     }

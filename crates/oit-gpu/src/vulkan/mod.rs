@@ -163,6 +163,10 @@ impl Device for Vulkan {
         &self.gpu.physical.info
     }
 
+    fn uuid(&self) -> Option<[u8; 16]> {
+        Some(self.gpu.physical.uuid)
+    }
+
     fn prepare(&mut self, plan: &Plan) -> Result<PlanId, GpuError> {
         let reflections = crate::check::check(plan, &mut self.shaders)?;
         self.gpu.physical.limits.check(plan, &reflections)?;

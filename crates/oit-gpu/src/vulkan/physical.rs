@@ -16,6 +16,8 @@ use std::ffi::{CStr, CString};
 pub(super) struct Physical {
     pub(super) raw: vk::PhysicalDevice,
     pub(super) info: DeviceInfo,
+    /// The same in all interfaces of the driver.
+    pub(super) uuid: [u8; 16],
     pub(super) limits: Limits,
     pub(super) queue_family: u32,
     pub(super) memory: vk::PhysicalDeviceMemoryProperties,
@@ -136,6 +138,7 @@ impl Physical {
             max_workgroup_invocations: limits.workgroup_invocations,
             timestamp_period_ns: clock.map(|clock| clock.period_ns),
             memory_bytes,
+            cuda: None,
             unsupported,
         };
         let uuid = properties.pipeline_cache_uuid;
@@ -144,6 +147,7 @@ impl Physical {
         Ok(Self {
             raw,
             info,
+            uuid: p11.device_uuid,
             limits,
             queue_family: queue_family as u32,
             memory,

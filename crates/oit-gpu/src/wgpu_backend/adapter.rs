@@ -95,6 +95,7 @@ pub(super) fn open(adapter: &wgpu::Adapter, index: usize) -> Result<Opened, GpuE
         timestamp_period_ns: has_timestamps.then(|| f64::from(queue.get_timestamp_period())),
         // wgpu does not tell.
         memory_bytes: None,
+        cuda: None,
         unsupported: unsupported(adapter.features(), downlevel),
     };
     let cache_name = features

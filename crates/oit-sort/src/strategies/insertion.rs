@@ -35,6 +35,10 @@ impl SortStrategy for Insertion {
         include_str!("insertion.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("insertion.cu.j2"))
+    }
+
     fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], _: &mut Vec<Fragment>) {
         match spec.ties {
             Ties::Total => insertion_sort(fragments, |a, b| Ties::Total.behind(a, b)),

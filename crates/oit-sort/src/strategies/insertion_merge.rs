@@ -65,6 +65,10 @@ impl SortStrategy for InsertionMerge {
         include_str!("insertion_merge.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("insertion_merge.cu.j2"))
+    }
+
     fn values(&self, spec: &SortSpec) -> Value {
         context! {
             insertion_frags => self.insertion_frags,

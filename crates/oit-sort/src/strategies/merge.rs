@@ -41,6 +41,10 @@ impl SortStrategy for Merge {
         include_str!("merge.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("merge.cu.j2"))
+    }
+
     fn values(&self, spec: &SortSpec) -> Value {
         context! { left_frags => left_frags(spec.max_frags) }
     }

@@ -49,6 +49,10 @@ impl SortStrategy for Network {
         include_str!("network.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("network.cu.j2"))
+    }
+
     fn values(&self, spec: &SortSpec) -> Value {
         context! { comparators => comparators(spec.max_frags as usize) }
     }

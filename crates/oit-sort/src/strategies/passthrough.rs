@@ -39,5 +39,9 @@ impl SortStrategy for Passthrough {
         include_str!("passthrough.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("passthrough.cu.j2"))
+    }
+
     fn sort(&self, _: &SortSpec, _: &mut [Fragment], _: &mut Vec<Fragment>) {}
 }

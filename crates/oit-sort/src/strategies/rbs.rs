@@ -59,6 +59,10 @@ impl SortStrategy for Rbs {
         include_str!("rbs.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("rbs.cu.j2"))
+    }
+
     fn values(&self, spec: &SortSpec) -> Value {
         context! { block => self.block, blocks => spec.max_frags.div_ceil(self.block) }
     }

@@ -45,6 +45,10 @@ impl SortStrategy for Rs {
         include_str!("rs.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("rs.cu.j2"))
+    }
+
     fn sort(&self, spec: &SortSpec, fragments: &mut [Fragment], _: &mut Vec<Fragment>) {
         match spec.ties {
             Ties::Total => register_sort(fragments, |a, b| Ties::Total.behind(a, b)),

@@ -37,5 +37,9 @@ impl SortStrategy for Unsorted {
         include_str!("unsorted.wgsl.j2")
     }
 
+    fn cuda_template(&self) -> Option<&'static str> {
+        Some(include_str!("unsorted.cu.j2"))
+    }
+
     fn sort(&self, _: &SortSpec, _: &mut [Fragment], _: &mut Vec<Fragment>) {}
 }

@@ -11,6 +11,10 @@ pub(crate) fn run() -> miette::Result<()> {
         }
     }
     print(&oit_lab::cpu_info());
+    match oit_lab::cuda_versions() {
+        Ok(versions) => println!("stage cuda\n  {versions}"),
+        Err(reason) => println!("stage cuda\n  cannot be used: {reason}"),
+    }
     Ok(())
 }
 

@@ -81,7 +81,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             row("", "A+B: A where it holds the interval, B above; A@N+B: A up to N");
             row("", "A-STORE: in another store than its first");
             row("", AUTO_SUMMARY);
-            row("stage", "fragment | compute");
+            row("stage", "fragment | compute | cuda (schedule base alone)");
             row("max", "peak (the next power of two above the peak) | maxN");
             row("ties-depth", "compare depth alone, as the papers do");
             row(

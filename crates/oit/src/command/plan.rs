@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use oit_capture::MeshBytes;
 use oit_fragments::DepthHistogram;
-use oit_lab::{Fragments, FrameSize, Technique, Tuner, assemble};
+use oit_lab::{Fragments, FrameSize, Stage, Technique, Tuner, assemble, cuda_source};
 
 use crate::command::render::{overrides, size};
 use crate::command::report;
@@ -53,6 +53,12 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let fragments = Fragments::Drawn(&geometry);
     let plan = assemble(&technique, fragments, size, &histogram, pool).map_err(report)?;
     print!("{plan}");
+    let in_cuda = technique.stage == Stage::Cuda;
+    let resolve = in_cuda.then(|| cuda_source(&technique, size, arguments.peak));
+    let resolve = resolve.transpose().map_err(report)?;
+    if let Some((label, _)) = &resolve {
+        println!("then, in CUDA, {label}");
+    }
     if arguments.shaders {
         for pass in &plan.passes {
             let shader = match &pass.work {
@@ -61,6 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
                 oit_gpu::Work::Clear { .. } => continue,
             };
             println!("\n// {}\n{}", shader.label, shader.wgsl);
+        }
+        if let Some((label, source)) = resolve {
+            println!("\n// {label}\n{source}");
         }
     }
     Ok(())

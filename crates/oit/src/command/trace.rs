@@ -10,8 +10,9 @@ use oit_fragments::deep_exr::{self, Compression};
 use oit_fragments::trace::{self, FragmentOrder, TRACE_EXTENSION, TraceInfo};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_lab::{
-    DEEP_EXTENSION, Experiment, Origin, STORED_VIEW, Stored, Technique, ViewData, load_stored,
-    open_engine, provenance, samples_by_cell, scene_name, stored_entry,
+    DEEP_EXTENSION, Experiment, Origin, STORED_VIEW, Stored, Technique, ViewData,
+    cuda_segmented_sort, load_stored, open_engine, provenance, samples_by_cell, scene_name,
+    stored_entry,
 };
 use oit_record::statistics::median;
 use oit_record::{Event, Record};
@@ -36,6 +37,15 @@ pub(crate) enum Arguments {
     },
     /// Turn a trace into a deep OpenEXR image, or a deep image into a trace.
     Convert(Convert),
+    /// Time CUDA's own segmented sort (CUB's) on the fragments, where the CUDA toolkit is: it sorts
+    /// each pixel's, and composites nothing.
+    SegmentedSort {
+        /// The trace (.oitt) or deep image (.exr).
+        file: PathBuf,
+        /// How often it is timed, after a run that is not.
+        #[arg(long, default_value_t = 9)]
+        samples: u32,
+    },
 }
 
 /// What is captured, and where to.
@@ -115,7 +125,20 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         Arguments::Replay(replay) => run_replay(replay),
         Arguments::Info { file } => run_info(file),
         Arguments::Convert(convert) => run_convert(convert),
+        Arguments::SegmentedSort { file, samples } => run_segmented_sort(file, *samples),
     }
+}
+
+fn run_segmented_sort(file: &Path, samples: u32) -> miette::Result<()> {
+    check_ending(file)?;
+    let stored = load_stored(file).map_err(report)?;
+    let runs_ns = cuda_segmented_sort(&stored.lfb, samples).map_err(report)?;
+    let ms: Vec<f64> = runs_ns.iter().map(|&ns| ns as f64 / 1e6).collect();
+    let total = stored.lfb.fragments().len();
+    let middle = median(&ms).map_or("-".to_owned(), |ms| format!("{ms:.3}"));
+    println!("{total} fragments of {} pixels, sorted right", stored.lfb.pixels());
+    println!("CUB's segmented sort: {middle} ms, median of {}", ms.len());
+    Ok(())
 }
 
 fn has_ending(path: &Path, ending: &str) -> bool {

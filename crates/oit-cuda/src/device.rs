@@ -1,0 +1,214 @@
+//! A GPU as CUDA sees it: kernels compiled, buffers uploaded, runs timed.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use cudarc::driver::{
+    CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg,
+    result, sys,
+};
+use cudarc::nvrtc::{CompileError, CompileOptions, compile_ptx_with_opts};
+
+use crate::{CudaError, versions};
+
+/// The byte that the output of a run is filled with before it.
+const POISON: u8 = 0xCD;
+
+/// A GPU. All work is on its default stream, one thing after the other.
+pub struct Cuda {
+    context: Arc<CudaContext>,
+    stream: Arc<CudaStream>,
+    /// `--gpu-architecture` for NVRTC.
+    architecture: String,
+    kernels: HashMap<String, CudaFunction>,
+}
+
+/// A compiled kernel. Its parameters are buffers, a number, and buffers again, the last of which it
+/// writes.
+#[derive(Clone, Debug)]
+pub struct Kernel(CudaFunction);
+
+/// Memory of the GPU.
+#[derive(Debug)]
+pub struct DeviceBuffer(CudaSlice<u8>);
+
+impl DeviceBuffer {
+    /// Its size.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.0.len() as u64
+    }
+}
+
+fn failure(doing: impl Into<String>) -> impl FnOnce(DriverError) -> CudaError {
+    let doing = doing.into();
+    move |error| match error.0 {
+        sys::CUresult::CUDA_ERROR_OUT_OF_MEMORY => CudaError::OutOfMemory(doing),
+        _ => CudaError::Driver { doing, error: format!("{error:?}") },
+    }
+}
+
+impl Cuda {
+    /// Opens the GPU with this identifier, as Vulkan (`deviceUUID`) and CUDA give it.
+    ///
+    /// # Errors
+    /// [`CudaError::Missing`] where there is no CUDA or it has no such GPU.
+    pub fn open(uuid: [u8; 16]) -> Result<Self, CudaError> {
+        versions()?;
+        result::init().map_err(|error| {
+            CudaError::Missing(format!("the CUDA driver does not start: {error:?}"))
+        })?;
+        let count = result::device::get_count().map_err(failure("counting CUDA's devices"))?;
+        for ordinal in 0..count {
+            let device = result::device::get(ordinal).map_err(failure("asking for a device"))?;
+            let found = result::device::get_uuid(device).map_err(failure("asking who it is"))?;
+            if found.bytes.map(|byte| byte as u8) == uuid {
+                return Self::start(ordinal as usize);
+            }
+        }
+        let text: String = uuid.iter().map(|byte| format!("{byte:02x}")).collect();
+        Err(CudaError::Missing(format!("none of CUDA's {count} devices is this GPU ({text})")))
+    }
+
+    fn start(ordinal: usize) -> Result<Self, CudaError> {
+        let context = CudaContext::new(ordinal).map_err(failure("starting CUDA"))?;
+        let (major, minor) =
+            context.compute_capability().map_err(failure("asking for the architecture"))?;
+        let stream = context.default_stream();
+        let architecture = format!("compute_{major}{minor}");
+        Ok(Self { context, stream, architecture, kernels: HashMap::new() })
+    }
+
+    /// The kernel of this name (`extern "C"`) in a source, compiled; each source once.
+    ///
+    /// # Errors
+    /// [`CudaError::Compile`] with NVRTC's log.
+    pub fn kernel(&mut self, label: &str, source: &str, name: &str) -> Result<Kernel, CudaError> {
+        if let Some(known) = self.kernels.get(source) {
+            return Ok(Kernel(known.clone()));
+        }
+        let options = CompileOptions {
+            options: vec![
+                format!("--gpu-architecture={}", self.architecture),
+                "--std=c++17".to_owned(),
+            ],
+            name: Some(format!("{}.cu", label.replace(['/', ' '], "_"))),
+            ..CompileOptions::default()
+        };
+        let ptx = compile_ptx_with_opts(source, options).map_err(|error| {
+            let log = match error {
+                CompileError::CompileError { log, .. } => log.to_string_lossy().into_owned(),
+                other => format!("{other:?}"),
+            };
+            CudaError::Compile { label: label.to_owned(), log }
+        })?;
+        let loading = || failure(format!("loading {label}"));
+        let module = self.context.load_module(ptx).map_err(loading())?;
+        let function = module.load_function(name).map_err(loading())?;
+        self.kernels.insert(source.to_owned(), function.clone());
+        Ok(Kernel(function))
+    }
+
+    /// Bytes of local memory of a thread, and its registers: what the compiler made of a kernel.
+    ///
+    /// # Errors
+    /// Where the driver does not say.
+    pub fn local_bytes_and_registers(&self, kernel: &Kernel) -> Result<(u32, u32), CudaError> {
+        let local = kernel.0.local_size_bytes().map_err(failure("asking for local memory"))?;
+        let registers = kernel.0.num_regs().map_err(failure("asking for registers"))?;
+        let number = |n| u32::try_from(n).unwrap_or_default();
+        Ok((number(local), number(registers)))
+    }
+
+    /// A buffer that holds these bytes (and at least 16).
+    ///
+    /// # Errors
+    /// Where there is no room.
+    pub fn upload(&self, name: &str, bytes: &[u8]) -> Result<DeviceBuffer, CudaError> {
+        let mut buffer = self.allocate(name, bytes.len() as u64)?;
+        let copying = || failure(format!("uploading {name}, {} bytes", bytes.len()));
+        self.stream.memcpy_htod(bytes, &mut buffer.0).map_err(copying())?;
+        self.stream.synchronize().map_err(copying())?;
+        Ok(buffer)
+    }
+
+    /// A buffer of this many bytes, at least 16, that may hold anything.
+    ///
+    /// # Errors
+    /// Where there is no room.
+    pub fn allocate(&self, name: &str, bytes: u64) -> Result<DeviceBuffer, CudaError> {
+        let too_large = || CudaError::OutOfMemory(format!("{name}, {bytes} bytes"));
+        let bytes_here = usize::try_from(bytes.max(16)).map_err(|_| too_large())?;
+        // SAFETY: bytes may hold anything, and nothing is read that a run has not written.
+        let slice = unsafe { self.stream.alloc::<u8>(bytes_here) };
+        slice.map(DeviceBuffer).map_err(failure(format!("allocating {name}, {bytes} bytes")))
+    }
+
+    /// Fills the output with `0xCD`, then runs a kernel with `blocks` of `threads` in one dimension,
+    /// and waits. Nanoseconds of the kernel alone, by CUDA's events. Filling comes first also so that
+    /// the events and the kernel are queued while it runs: what submitting costs the host is not
+    /// timed.
+    ///
+    /// # Errors
+    /// Where the driver fails, or the kernel does.
+    ///
+    /// # Safety
+    /// The kernel must have as parameters as many pointers as there are `inputs`, a `u32`, as many
+    /// pointers as there are `more`, and a pointer to what it writes; and it must access nothing
+    /// outside of these buffers.
+    pub unsafe fn run(
+        &self,
+        kernel: &Kernel,
+        (blocks, threads): (u32, u32),
+        (inputs, number, more): (&[DeviceBuffer], u32, &[DeviceBuffer]),
+        output: &mut DeviceBuffer,
+    ) -> Result<u64, CudaError> {
+        let timing = || failure("timing a kernel");
+        let event = || self.context.new_event(Some(sys::CUevent_flags::CU_EVENT_DEFAULT));
+        let (before, after) = (event().map_err(timing())?, event().map_err(timing())?);
+        self.poison(output)?;
+        let mut launch = self.stream.launch_builder(&kernel.0);
+        for input in inputs {
+            launch.arg(&input.0);
+        }
+        launch.arg(&number);
+        for input in more {
+            launch.arg(&input.0);
+        }
+        launch.arg(&mut output.0);
+        let config = LaunchConfig {
+            grid_dim: (blocks, 1, 1),
+            block_dim: (threads, 1, 1),
+            shared_mem_bytes: 0,
+        };
+        before.record(&self.stream).map_err(timing())?;
+        // SAFETY: the caller answers for the parameters.
+        unsafe { launch.launch(config) }.map_err(failure("launching a kernel"))?;
+        after.record(&self.stream).map_err(timing())?;
+        self.stream.synchronize().map_err(failure("running a kernel"))?;
+        let ms = before.elapsed_ms(&after).map_err(timing())?;
+        Ok((f64::from(ms) * 1e6).round() as u64)
+    }
+
+    fn poison(&self, buffer: &mut DeviceBuffer) -> Result<(), CudaError> {
+        use cudarc::driver::DevicePtrMut;
+        let bytes = buffer.0.len();
+        self.context.bind_to_thread().map_err(failure("choosing the GPU"))?;
+        let (pointer, _written) = buffer.0.device_ptr_mut(&self.stream);
+        // SAFETY: the buffer is alive and has this many bytes.
+        let filled =
+            unsafe { result::memset_d8_async(pointer, POISON, bytes, self.stream.cu_stream()) };
+        filled.map_err(failure("filling a buffer"))
+    }
+
+    /// What a buffer holds.
+    ///
+    /// # Errors
+    /// Where the driver fails.
+    pub fn read(&self, buffer: &DeviceBuffer) -> Result<Vec<u8>, CudaError> {
+        let reading = || failure(format!("reading back {} bytes", buffer.0.len()));
+        let bytes = self.stream.clone_dtoh(&buffer.0).map_err(reading())?;
+        self.stream.synchronize().map_err(reading())?;
+        Ok(bytes)
+    }
+}
