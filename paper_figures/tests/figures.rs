@@ -17,6 +17,7 @@ fn one_device(root: &Path) -> Tables {
     let run = write_run(root, "run", DEVICE);
     write_counts(&run);
     lfb::write_runs(&root.join("lfb"), DEVICE);
+    flight::write_run(&root.join("flight"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
