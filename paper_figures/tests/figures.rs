@@ -19,6 +19,7 @@ fn one_device(root: &Path) -> Tables {
     lfb::write_runs(&root.join("lfb"), DEVICE);
     probe::write_run(&root.join("probe"), DEVICE);
     bma::write_run(root, DEVICE);
+    flight::write_run(&root.join("flight"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
