@@ -22,7 +22,7 @@
 //! in units of 256, out of four partitions). In the fragment stage a warp counts as a workgroup, and
 //! neither limits of workgroups nor shared memory count. The last line is Little's law where latency
 //! bounds: with twice as many warps in flight, twice as many bytes arrive in the same time (Volkov,
-//! *Understanding Latency Hiding on GPUs*, 2016, section 4). Where the memory's bandwidth or
+//! *Understanding Latency Hiding on GPUs*, 2016). Where the memory's bandwidth or
 //! instructions bound, it predicts too large a difference. Local memory lies in device memory behind
 //! the L1 cache, so that unlike in BMA 2013, section 3, its size does not limit the warps: only what is
 //! touched of it counts, an array's elements once written and once read.
@@ -142,11 +142,11 @@ pub fn predicted_ratio(
     if figures.local_bytes.is_some() != base_figures.local_bytes.is_some() {
         return None;
     }
-    let time = |program, figures: &ProgramFigures| {
-        let warps = warps(limits, program, figures)?;
-        Some(pixel_bytes(fragments, figures.local_bytes) / warps as f64)
-    };
-    Some(time(program, figures)? / time(base, base_figures)?)
+    let (own, other) = (warps(limits, program, figures)?, warps(limits, base, base_figures)?);
+    let bytes = pixel_bytes(fragments, figures.local_bytes);
+    let base_bytes = pixel_bytes(fragments, base_figures.local_bytes);
+    // One division, so that what is equal by the formula is equal, and shares a rank.
+    Some(bytes * other as f64 / (base_bytes * own as f64))
 }
 
 /// How far predictions are off.

@@ -37,9 +37,9 @@ enum Per {
 }
 
 /// The drivers' names of what the columns hold. Case does not matter: drivers have changed it. Of two
-/// names of one column the first that is told counts. AMD's and Intel's are those of Mesa's
-/// `src/util/shader_stats.xml` and of `radv_pipeline.c` and `anv_pipeline.c` before it; NVIDIA
-/// documents none, and these are of published listings (of drivers 460 to 570).
+/// names of one column the first that is told counts. AMD's and Intel's are those of Mesa (RADV and ANV).
+/// NVIDIA documents none: programs that ask its driver go by `Register Count` and `Binary Size`; the
+/// names of its memories are what its other tools call them.
 const NAMES: &[(Column, &str, Per)] = &[
     (Column::Registers, "Register Count", Per::Same), // NVIDIA
     (Column::Registers, "VGPRs", Per::Same),          // AMD
@@ -54,7 +54,7 @@ const NAMES: &[(Column, &str, Per)] = &[
     (Column::BinaryBytes, "Binary Size", Per::Same),  // NVIDIA
     (Column::BinaryBytes, "Code size", Per::Same),    // AMD, Intel
     (Column::Occupancy, "Subgroups per SIMD", Per::Same), // AMD
-    (Column::Occupancy, "Max Waves", Per::Same),      // AMD, before Mesa 21
+    (Column::Occupancy, "Max Waves", Per::Same),      // AMD, in older releases of Mesa
 ];
 
 /// The executable that does a program's work, in this shader stage: the one that was made of it,

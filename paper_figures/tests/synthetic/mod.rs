@@ -1,6 +1,7 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
 pub(crate) mod lfb;
+pub(crate) mod mechanism;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
