@@ -9,7 +9,7 @@ use oit_record::{Cell, Event, Executable, Program, RunWriter, Statistic, Statist
 
 use super::{HEIGHT_PX, WIDTH_PX, run_of, verification};
 
-/// Array sizes with made-up registers; 0 to 64 bytes of local memory tell nothing of the size.
+/// Array sizes, each with its made-up registers.
 pub(crate) const SIZES: &[(u32, u64)] = &[(8, 32), (16, 40), (32, 64), (64, 128)];
 
 const SCENE: &str = "stack{count=8,order=\"random\",size=3.6}";
@@ -34,8 +34,8 @@ fn told(registers: u64, sort: &str) -> Vec<Executable> {
     vec![executable("vertex", 16), executable("fragment", registers)]
 }
 
-/// Writes the run folder. Each program takes exactly twice what the model says for `rbs`, and what it
-/// says for `insertion`, so that times relative to the smallest array agree with it.
+/// Writes the run folder. Times are made up as warps would have it, those of `rbs` twice those of
+/// `insertion`, so that times relative to the smallest array are as the model says.
 pub(crate) fn write_run(root: &Path, folder: &str, device: &str, is_told: bool) -> PathBuf {
     let folder = root.join(folder);
     let sorts = ["insertion", "rbs"];
