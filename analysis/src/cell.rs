@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use oit_record::statistics::Summary;
-use oit_record::{Cell, Event, Record, Verdict, Verification};
+use oit_record::{Cell, Event, Program, Record, Verdict, Verification};
 
 use crate::{AnalysisError, RESOLVE, TOTAL, Technique};
 
@@ -65,6 +65,8 @@ pub struct CellResult {
     pub reason: Option<String>,
     /// The comparison with the oracle, if it came to that.
     pub verification: Option<Verification>,
+    /// Its resolve programs, from the shallowest interval; empty in older records and on the CPU.
+    pub programs: Vec<Program>,
     /// How many samples it has.
     pub samples: usize,
     /// By stage, with its parts (`resolve[16]`) and the sums [`RESOLVE`] and [`TOTAL`]; empty unless
@@ -101,9 +103,11 @@ pub(crate) fn collect(
     let mut verified: Vec<Option<Verification>> = vec![None; count];
     let mut skipped: Vec<Option<String>> = vec![None; count];
     let mut failed: Vec<Option<String>> = vec![None; count];
+    let mut programs: Vec<Vec<Program>> = vec![Vec::new(); count];
     for event in &record.events {
         match event {
             Event::Verified { cell, result } => verified[*cell] = Some(result.clone()),
+            Event::Programs { cell, programs: told } => programs[*cell].clone_from(told),
             Event::Skipped { cell, reason } => skipped[*cell] = Some(reason.clone()),
             Event::Failed { cell, reason } => failed[*cell] = Some(reason.clone()),
             Event::Sample { cell, sample, stages_ns, parts_ns, total_ns } => {
@@ -154,6 +158,7 @@ pub(crate) fn collect(
             state,
             reason: failed[cell].take().or(skipped[cell].take()).or(note),
             verification,
+            programs: std::mem::take(&mut programs[cell]),
             samples: raw.len(),
             times: BTreeMap::new(),
         };

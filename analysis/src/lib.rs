@@ -1,11 +1,13 @@
 //! Records to tidy tables: polars frames, summaries with intervals, comparisons.
 //!
 //! [`load`] turns records into [`Tables`]: one row a sample, one row a cell, one row a cell and
-//! stage. Statistics come from [`oit_record::statistics`] only.
+//! stage, one row a resolve program, one row a figure that a driver tells of one. Statistics come from [`oit_record::statistics`] only.
 
 mod cell;
 mod compare;
 mod error;
+pub mod occupancy;
+mod programs;
 mod run;
 mod tables;
 mod technique;
@@ -13,6 +15,7 @@ mod technique;
 pub use cell::{CellResult, State, Timing};
 pub use compare::{Ratio, compare};
 pub use error::{AnalysisError, CompareError};
+pub use programs::{ProgramFigures, executable};
 pub use run::RunInfo;
 pub use tables::{BOOTSTRAP_SEED, Tables, load};
 pub use technique::{Technique, path_frame, scene_name, scene_parameters};

@@ -17,7 +17,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Write samples, cells and summary as parquet and CSV.
+    /// Write samples, cells, their summary, and their resolve programs as parquet and CSV.
     Tables {
         /// Run folders, or folders of run folders.
         #[arg(required = true)]

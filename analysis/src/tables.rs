@@ -5,12 +5,14 @@ use std::fs::{self, File};
 use std::path::Path;
 
 use oit_record::statistics::{self, Summary};
-use oit_record::{Record, Verdict, Verification};
+use oit_record::{Executable, Program, Record, Statistic, Verdict, Verification};
 use polars::prelude::*;
 
 use crate::cell::{RawSamples, collect};
 use crate::run::total_fragments;
-use crate::{AnalysisError, CellResult, RESOLVE, RunInfo, State, Timing, scene_name};
+use crate::{
+    AnalysisError, CellResult, ProgramFigures, RESOLVE, RunInfo, State, Timing, scene_name,
+};
 
 /// The seed of every bootstrap, so that the same records give the same tables.
 pub const BOOTSTRAP_SEED: u64 = 2014;
@@ -55,6 +57,12 @@ pub struct Tables {
     /// One row a charted cell and stage, [`RESOLVE`] and [`crate::TOTAL`] among the stages: `n`,
     /// `median_ns`, quartiles, and the 95 % bootstrap interval of the median.
     pub summary: DataFrame,
+    /// One row a resolve program of a cell whose record has them: its interval, strategy and store,
+    /// the [`ProgramFigures`] its driver tells, how long it took to make, and, where the cell has no
+    /// other program, the median of [`RESOLVE`]. What is not told is null.
+    pub programs: DataFrame,
+    /// One row a figure that a driver tells of an executable of a program, in its own words.
+    pub program_statistics: DataFrame,
 }
 
 /// Builds the tables of `records`.
@@ -107,11 +115,15 @@ pub fn load(records: &[Record]) -> Result<Tables, AnalysisError> {
         let key = (runs[result.run].name.clone(), result.cell);
         result.times = times.remove(&key).unwrap_or_default();
     }
-    Ok(Tables { runs, results, samples, cells, summary })
+    let programs = with_keys(&keys, programs_frame(&runs, &results)?, &PROGRAM_COLUMNS)?;
+    let program_statistics =
+        with_keys(&keys, statistics_frame(&runs, &results)?, &STATISTIC_COLUMNS)?;
+    Ok(Tables { runs, results, samples, cells, summary, programs, program_statistics })
 }
 
 impl Tables {
-    /// Writes `samples`, `cells` and `summary` to a folder, each as parquet and CSV.
+    /// Writes `samples`, `cells`, `summary`, `programs` and `program_statistics` to a folder, each as
+    /// parquet and CSV.
     ///
     /// # Errors
     /// Where a file cannot be written.
@@ -125,6 +137,8 @@ impl Tables {
             ("samples", &mut self.samples),
             ("cells", &mut self.cells),
             ("summary", &mut self.summary),
+            ("programs", &mut self.programs),
+            ("program_statistics", &mut self.program_statistics),
         ];
         for (name, frame) in frames {
             let path = folder.join(format!("{name}.parquet"));
@@ -145,13 +159,51 @@ impl Tables {
     }
 }
 
+/// What orders the rows of a cell.
+const ORDERING: [&str; 4] = ["stage", "sample", "program", "place"];
+
+/// The columns of [`Tables::programs`] after those that say what a cell is.
+const PROGRAM_COLUMNS: [&str; 15] = [
+    "program",
+    "strategy",
+    "store",
+    "low",
+    "high",
+    "invocations",
+    "declared_workgroup_bytes",
+    "registers",
+    "local_bytes",
+    "workgroup_bytes",
+    "binary_bytes",
+    "occupancy",
+    "compile_ms",
+    "from_cache",
+    "resolve_ns",
+];
+
+/// The columns of [`Tables::program_statistics`] after those that say what a cell is.
+const STATISTIC_COLUMNS: [&str; 12] = [
+    "program",
+    "place",
+    "strategy",
+    "store",
+    "low",
+    "high",
+    "executable",
+    "stages",
+    "subgroup_size",
+    "statistic",
+    "value",
+    "description",
+];
+
 /// Puts the columns that say what a cell is before `columns` of `frame`, and sorts the rows.
 fn with_keys(keys: &LazyFrame, frame: DataFrame, columns: &[&str]) -> PolarsResult<DataFrame> {
     let on = [col("run"), col("cell")];
     let all = KEY_COLUMNS.iter().chain(columns).map(|&name| col(name)).collect::<Vec<_>>();
     let order: Vec<&str> = ["run", "cell"]
         .into_iter()
-        .chain(columns.iter().copied().filter(|name| ["stage", "sample"].contains(name)))
+        .chain(columns.iter().copied().filter(|name| ORDERING.contains(name)))
         .collect();
     let join = JoinArgs::new(JoinType::Inner);
     frame
@@ -293,6 +345,90 @@ fn cells_frame(
                 histogram.iter().rposition(|&pixels| pixels > 0).unwrap_or(0) as u64
             }),
             counted("total_fragments", &total_fragments),
+        ],
+    )
+}
+
+/// Each program of each cell, with its place among the cell's.
+fn programs(results: &[CellResult]) -> impl Iterator<Item = (&CellResult, u32, &Program)> {
+    results.iter().flat_map(|cell| (0..).zip(&cell.programs).map(move |(at, p)| (cell, at, p)))
+}
+
+fn programs_frame(runs: &[RunInfo], results: &[CellResult]) -> PolarsResult<DataFrame> {
+    let rows: Vec<_> = programs(results).collect();
+    let told: Vec<ProgramFigures> = rows
+        .iter()
+        .map(|(cell, _, program)| ProgramFigures::of(program, &cell.technique.shader_stage))
+        .collect();
+    let text = |name: &str, of: &dyn Fn(&Program) -> String| {
+        column(name, rows.iter().map(|row| of(row.2)).collect::<Vec<String>>())
+    };
+    let whole = |name: &str, of: &dyn Fn(&Program) -> Option<u64>| {
+        column(name, rows.iter().map(|row| of(row.2)).collect::<Vec<Option<u64>>>())
+    };
+    let figure = |name: &str, of: fn(&ProgramFigures) -> Option<u64>| {
+        column(name, told.iter().map(of).collect::<Vec<Option<u64>>>())
+    };
+    let compile_ms = rows.iter().map(|row| row.2.compile_ns.map(|ns| ns as f64 / 1e6));
+    // Where a cell has several programs, their times are one sum.
+    let resolve_ns = rows.iter().map(|(cell, _, _)| {
+        let timing = cell.times.get(RESOLVE).filter(|_| cell.programs.len() == 1)?;
+        Some(timing.summary.median)
+    });
+    DataFrame::new(
+        rows.len(),
+        vec![
+            column("run", rows.iter().map(|row| runs[row.0.run].name.clone()).collect::<Vec<_>>()),
+            column("cell", rows.iter().map(|row| row.0.cell as u32).collect::<Vec<u32>>()),
+            column("program", rows.iter().map(|row| row.1).collect::<Vec<u32>>()),
+            text("strategy", &|program| program.sort.clone()),
+            text("store", &|program| program.store.clone()),
+            whole("low", &|program| Some(program.low.into())),
+            whole("high", &|program| Some(program.high.into())),
+            whole("invocations", &|program| program.invocations.map(u64::from)),
+            whole("declared_workgroup_bytes", &|program| program.declared_workgroup_bytes),
+            figure("registers", |told| told.registers),
+            figure("local_bytes", |told| told.local_bytes),
+            figure("workgroup_bytes", |told| told.workgroup_bytes),
+            figure("binary_bytes", |told| told.binary_bytes),
+            figure("occupancy", |told| told.occupancy),
+            column("compile_ms", compile_ms.collect::<Vec<Option<f64>>>()),
+            column("from_cache", rows.iter().map(|row| row.2.from_cache).collect::<Vec<_>>()),
+            column("resolve_ns", resolve_ns.collect::<Vec<Option<f64>>>()),
+        ],
+    )
+}
+
+fn statistics_frame(runs: &[RunInfo], results: &[CellResult]) -> PolarsResult<DataFrame> {
+    let mut rows = Vec::new();
+    for (cell, at, program) in programs(results) {
+        let executables = program.executables.iter().flatten();
+        let told = executables.flat_map(|one| one.statistics.iter().map(move |told| (one, told)));
+        rows.extend((0_u32..).zip(told).map(|(place, told)| (cell, at, place, program, told)));
+    }
+    let text = |name: &str, of: &dyn Fn(&Program, &Executable, &Statistic) -> String| {
+        let values = rows.iter().map(|(_, _, _, program, (one, told))| of(program, one, told));
+        column(name, values.collect::<Vec<String>>())
+    };
+    let runs = rows.iter().map(|row| runs[row.0.run].name.clone());
+    let width = rows.iter().map(|row| row.4.0.subgroup_size);
+    DataFrame::new(
+        rows.len(),
+        vec![
+            column("run", runs.collect::<Vec<String>>()),
+            column("cell", rows.iter().map(|row| row.0.cell as u32).collect::<Vec<u32>>()),
+            column("program", rows.iter().map(|row| row.1).collect::<Vec<u32>>()),
+            column("place", rows.iter().map(|row| row.2).collect::<Vec<u32>>()),
+            text("strategy", &|program, _, _| program.sort.clone()),
+            text("store", &|program, _, _| program.store.clone()),
+            column("low", rows.iter().map(|row| row.3.low).collect::<Vec<u32>>()),
+            column("high", rows.iter().map(|row| row.3.high).collect::<Vec<u32>>()),
+            text("executable", &|_, one, _| one.name.clone()),
+            text("stages", &|_, one, _| one.stages.join("+")),
+            column("subgroup_size", width.collect::<Vec<u32>>()),
+            text("statistic", &|_, _, told| told.name.clone()),
+            column("value", rows.iter().map(|row| row.4.1.value.number()).collect::<Vec<f64>>()),
+            text("description", &|_, _, told| told.description.clone()),
         ],
     )
 }

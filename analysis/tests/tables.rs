@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use analysis::{AnalysisError, CompareError, RESOLVE, State, TOTAL, compare, load};
 use oit_record::{
-    Cell, DeviceInfo, Event, Host, Record, Run, SCHEMA_VERSION, Verdict, Verification,
+    Cell, DeviceInfo, Event, Executable, Host, Program, Record, Run, SCHEMA_VERSION, Statistic,
+    StatisticValue, Verdict, Verification,
 };
 use polars::prelude::*;
 
@@ -222,14 +223,73 @@ fn runs_are_named_as_shortly_as_is_clear() {
     assert_eq!(named(&["one/run", "two/run"]), ["one/run", "two/run"]);
 }
 
+/// A program with figures made up.
+fn program(high: u32, registers: Option<u64>) -> Program {
+    let statistic = |value| Statistic {
+        name: "Register Count".to_owned(),
+        description: "made up".to_owned(),
+        value: StatisticValue::Unsigned(value),
+    };
+    let executable = |value| Executable {
+        name: "main".to_owned(),
+        stages: vec!["compute".to_owned()],
+        subgroup_size: 32,
+        statistics: vec![statistic(value)],
+    };
+    Program {
+        sort: "rbs".to_owned(),
+        store: "local".to_owned(),
+        low: high / 2 + 1,
+        high,
+        invocations: Some(64),
+        declared_workgroup_bytes: Some(0),
+        compile_ns: Some(2_500_000),
+        from_cache: None,
+        executables: registers.map(|value| vec![executable(value)]),
+    }
+}
+
+#[test]
+fn programs_have_rows_of_their_own() {
+    let mut events = three_samples();
+    let told = vec![program(16, Some(40)), program(32, None)];
+    events.insert(1, Event::Programs { cell: 0, programs: told });
+    let several = load(&[record("a", &[RBS], events)]).unwrap();
+    let column = |name: &str| several.programs.column(name).unwrap().clone();
+    assert_eq!(several.programs.height(), 2);
+    let registers: Vec<Option<u64>> = column("registers").u64().unwrap().iter().collect();
+    assert_eq!(registers, [Some(40), None]);
+    assert_eq!(column("low").u64().unwrap().get(1), Some(17));
+    assert_eq!(column("compile_ms").f64().unwrap().get(0), Some(2.5));
+    assert_eq!((column("local_bytes").null_count(), column("from_cache").null_count()), (2, 2));
+    // The cell's time is that of both programs.
+    assert_eq!(column("resolve_ns").null_count(), 2);
+    assert_eq!(several.program_statistics.height(), 1);
+    let value = several.program_statistics.column("value").unwrap().f64().unwrap().get(0);
+    assert_eq!(value, Some(40.0));
+
+    let mut events = three_samples();
+    events.insert(1, Event::Programs { cell: 0, programs: vec![program(16, Some(40))] });
+    let one = load(&[record("a", &[RBS], events)]).unwrap();
+    let resolve = one.programs.column("resolve_ns").unwrap().f64().unwrap().get(0);
+    assert_eq!(resolve, Some(11.0));
+    // Records from before programs were recorded.
+    let none = load(&[record("a", &[RBS], three_samples())]).unwrap();
+    assert_eq!((none.programs.height(), none.program_statistics.height()), (0, 0));
+}
+
 #[test]
 fn tables_are_written_and_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut tables = load(&[record("a", &[RBS], three_samples())]).unwrap();
     tables.write(folder.path()).unwrap();
-    for (name, frame) in
-        [("samples", &tables.samples), ("cells", &tables.cells), ("summary", &tables.summary)]
-    {
+    for (name, frame) in [
+        ("samples", &tables.samples),
+        ("cells", &tables.cells),
+        ("summary", &tables.summary),
+        ("programs", &tables.programs),
+        ("program_statistics", &tables.program_statistics),
+    ] {
         let file = File::open(folder.path().join(format!("{name}.parquet"))).unwrap();
         assert!(ParquetReader::new(file).finish().unwrap().equals_missing(frame), "{name}");
         let csv = std::fs::read_to_string(folder.path().join(format!("{name}.csv"))).unwrap();

@@ -26,6 +26,8 @@ pub(crate) mod lfb_memory;
 mod lfb_overflow;
 mod lfb_table_20_1;
 pub(crate) mod lfb_views;
+mod mechanism_occupancy;
+mod mechanism_registers;
 mod pareto;
 mod ratios;
 mod rbs_figure_5;
@@ -89,4 +91,6 @@ pub const FIGURES: &[&dyn Figure] = &[
     &lfb_memory::LfbMemory,
     &lfb_array::LfbArray,
     &lfb_overflow::LfbOverflow,
+    &mechanism_registers::MechanismRegisters,
+    &mechanism_occupancy::MechanismOccupancy,
 ];

@@ -12,6 +12,7 @@ mod data;
 mod error;
 pub mod figures;
 mod generate;
+mod mechanism;
 mod output;
 pub mod published;
 mod render;

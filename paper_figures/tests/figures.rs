@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{VIEWS, WRONG, bma, flight, lfb, probe, write_counts, write_run};
+use synthetic::{
+    VIEWS, WRONG, bma, flight, lfb, mechanism, probe, write_counts, write_run,
+};
 
 const DEVICE: &str = "test device";
 
@@ -20,6 +22,7 @@ fn one_device(root: &Path) -> Tables {
     probe::write_run(&root.join("probe"), DEVICE);
     bma::write_run(root, DEVICE);
     flight::write_run(&root.join("flight"), DEVICE);
+    mechanism::write_run(root, "mechanism", DEVICE, true);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -499,6 +502,77 @@ fn pools_too_small_are_in_their_own_figure_only() {
         assert!(!other.csv.text().contains("/pool"), "{}", other.name);
         assert!(!other.stamps.iter().any(|s| s.run.ends_with("overflow")), "{}", other.name);
     }
+}
+
+/// A device whose limits the model knows. The records are made up all the same.
+const KNOWN_DEVICE: &str = "NVIDIA H200 (test fixture)";
+
+#[test]
+fn registers_and_local_memory_are_drawn_against_array_size() {
+    let root = tempfile::tempdir().unwrap();
+    let run = mechanism::write_run(root.path(), "told", KNOWN_DEVICE, true);
+    let output = drawn("mechanism-registers", &read(&[run]).unwrap());
+    let of = |sort: &str, array: &str, column: &str| {
+        field(&output, &[("sort", sort), ("array", array)], column)
+    };
+    assert_eq!(
+        (of("insertion", "64", "registers"), of("rbs", "8", "registers")),
+        ("128".into(), "32".into())
+    );
+    assert_eq!(
+        (of("insertion", "16", "local_bytes"), of("rbs", "64", "local_bytes")),
+        ("320".into(), "0".into())
+    );
+    assert_eq!(of("rbs", "8", "binary_bytes"), "3200");
+    // What the driver does not tell is no number.
+    assert_eq!(
+        (of("rbs", "8", "workgroup_bytes"), of("rbs", "8", "occupancy")),
+        (String::new(), String::new())
+    );
+    let fragments = f64::from(96 * 54 * 8);
+    let per_fragment = of("insertion", "8", "ns_per_fragment").parse::<f64>().unwrap();
+    assert!((per_fragment - 3000.0 / fragments).abs() < 1e-9, "{per_fragment}");
+}
+
+#[test]
+fn predictions_stand_beside_what_was_measured() {
+    let root = tempfile::tempdir().unwrap();
+    let run = mechanism::write_run(root.path(), "told", KNOWN_DEVICE, true);
+    let output = drawn("mechanism-occupancy", &read(&[run]).unwrap());
+    assert_eq!(output.csv.rows.len(), 2 * mechanism::SIZES.len());
+    for row in &output.csv.rows {
+        let number = |place: usize| row[place].parse::<f64>().unwrap();
+        let (predicted, measured) = (number(8), number(9));
+        assert!((predicted / measured - 1.0).abs() < 1e-9, "{row:?}");
+    }
+    let named = [("sort", "rbs"), ("array", "64")];
+    assert_eq!(field(&output, &named, "warps"), "16");
+    assert_eq!(field(&output, &named, "predicted"), "4");
+    let markdown = output.markdown();
+    // The smallest arrays are no predictions.
+    assert!(markdown.contains("Error of 6 predictions (all): median 0 %, worst 0 %"), "{markdown}");
+    assert!(markdown.contains("rank correlation 1.00"), "{markdown}");
+}
+
+#[test]
+fn where_nothing_is_told_or_known_the_figures_say_so() {
+    let root = tempfile::tempdir().unwrap();
+    let silent = mechanism::write_run(root.path(), "silent", KNOWN_DEVICE, false);
+    let tables = read(&[silent]).unwrap();
+    let (registers, occupancy) =
+        (drawn("mechanism-registers", &tables), drawn("mechanism-occupancy", &tables));
+    assert!(registers.markdown().contains("The driver tells nothing of its programs"));
+    assert!(occupancy.markdown().contains("Nothing is predicted: the driver tells no registers"));
+    for output in [&registers, &occupancy] {
+        assert_eq!(field(output, &[("sort", "rbs"), ("array", "64")], "registers"), "");
+        output.page().unwrap();
+    }
+    assert_eq!(field(&occupancy, &[("sort", "rbs"), ("array", "64")], "predicted"), "");
+    let unknown = mechanism::write_run(root.path(), "unknown", DEVICE, true);
+    let unknown = drawn("mechanism-occupancy", &read(&[unknown]).unwrap());
+    let text = unknown.markdown();
+    assert!(text.contains("what a processor of test device holds is not known here"), "{text}");
+    unknown.page().unwrap();
 }
 
 #[test]

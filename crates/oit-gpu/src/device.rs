@@ -1,7 +1,7 @@
 //! What a backend is to the rest of the project: it describes itself, runs plans, gives bytes back.
 
-use crate::Plan;
-use oit_record::DeviceInfo;
+use crate::{Main, Plan};
+use oit_record::{DeviceInfo, Executable};
 
 /// A plan made ready on a device: its pipelines are compiled and its data uploaded.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -23,6 +23,23 @@ pub struct Timing {
     /// Nanoseconds from before the first pass to after the last; zero where the device has no
     /// timestamps.
     pub total_ns: u64,
+}
+
+/// What became of the shader of a pass.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Compiled {
+    /// The shader's label.
+    pub shader: String,
+    /// Its compute entry point; `None` in a raster pass.
+    pub main: Option<Main>,
+    /// Nanoseconds that the driver took to make its pipeline, by the host's clock, at its first use
+    /// in this process.
+    pub compile_ns: Option<u64>,
+    /// Whether the driver found it in the cache that is kept on disk between processes. Caches that
+    /// drivers keep of their own do not show here.
+    pub from_cache: Option<bool>,
+    /// What it was compiled to; `None` where the driver does not tell, or is not asked.
+    pub executables: Option<Vec<Executable>>,
 }
 
 /// What kept a backend from doing as told.
@@ -101,6 +118,16 @@ pub trait Device {
     /// Where the plan is not prepared.
     fn memory_bytes(&self, plan: PlanId) -> Result<u64, GpuError> {
         Ok(self.resource_bytes(plan)?.into_iter().map(|(_, bytes)| bytes).sum())
+    }
+
+    /// What became of the shader of each pass that has one, in order. Empty from a backend that
+    /// cannot tell, as wgpu.
+    ///
+    /// # Errors
+    /// Where the plan is not prepared.
+    fn compiled(&self, plan: PlanId) -> Result<Vec<Compiled>, GpuError> {
+        let _ = plan;
+        Ok(Vec::new())
     }
 
     /// Forgets all plans and frees their buffers and targets; pipelines are kept.

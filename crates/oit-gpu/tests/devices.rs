@@ -7,7 +7,7 @@ use libtest_mimic::{Arguments, Trial};
 use oit_gpu::{
     Blend, Buffer, ColorAttachment, Compare, Depth, DepthStencil, Device, Dispatch, Draw, Format,
     GpuError, Load, Pass, Plan, PlanId, Raster, Shader, Stencil, StencilOp, Target,
-    VertexAttribute, VertexFormat, VertexLayout, Vulkan, enumerate, open,
+    VertexAttribute, VertexFormat, VertexLayout, Vulkan, Work, enumerate, open,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -41,6 +41,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
     ("tells_the_memory_of_each_resource", tells_the_memory_of_each_resource),
+    ("tells_what_became_of_each_shader", tells_what_became_of_each_shader),
     ("clears_more_than_32_bits_of_bytes", clears_more_than_32_bits_of_bytes),
     ("moves_more_than_the_staging_holds", moves_more_than_the_staging_holds),
     ("times_stages", times_stages),
@@ -67,6 +68,11 @@ fn main() {
         let of = id.clone();
         trials.push(Trial::test(format!("{id}::survives_a_damaged_cache"), move || {
             survives_a_damaged_cache(&of);
+            Ok(())
+        }));
+        let of = id.clone();
+        trials.push(Trial::test(format!("{id}::tells_the_same_out_of_the_cache"), move || {
+            tells_the_same_out_of_the_cache(&of);
             Ok(())
         }));
         if let Some(index) = id.strip_prefix("vulkan:").and_then(|index| index.parse().ok()) {
@@ -1059,6 +1065,80 @@ fn tells_the_memory_of_each_resource(device: &mut dyn Device) {
     device.reset();
     let stale = device.memory_bytes(id);
     assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+}
+
+/// A compute shader, a buffer cleared, and a draw.
+fn shaders_plan() -> Plan {
+    let wgsl = "
+        @group(0) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;
+        var<workgroup> held: array<u32, 32>;
+        @compute @workgroup_size(8, 4) fn main(@builtin(local_invocation_index) i: u32) {
+            held[i] = i;
+            workgroupBarrier();
+            atomicAdd(&counts[0], held[31u - i]);
+        }";
+    let image = target("image", Format::Rgba32Float, 4, 4);
+    let raster = full_screen(COUNTING, vec![color("image", None, Load::Clear([0.0; 4]))]);
+    let passes = vec![
+        compute("sum", wgsl, [1, 1, 1]),
+        Pass::clear("clear", "counts"),
+        Pass::raster("draw", raster),
+    ];
+    plan(vec![Buffer::new("counts", 4)], vec![image], passes)
+}
+
+fn tells_what_became_of_each_shader(device: &mut dyn Device) {
+    let plan = shaders_plan();
+    let labels: Vec<&str> = plan.passes.iter().filter_map(shader).collect();
+    let id = device.prepare(&plan).expect("prepared");
+    let compiled = device.compiled(id).expect("told");
+    if device.info().backend == "wgpu" {
+        assert_eq!(compiled, []);
+        return;
+    }
+    let told: Vec<&str> = compiled.iter().map(|compiled| compiled.shader.as_str()).collect();
+    assert_eq!(told, labels);
+    let main = compiled[0].main.as_ref().expect("a compute shader");
+    assert_eq!((main.workgroup_size, main.workgroup_bytes), ([8, 4, 1], 128));
+    assert_eq!(compiled[1].main, None);
+    let lacking = &device.info().unsupported;
+    let lacks = lacking.iter().any(|lacking| lacking.feature == "pipeline executable properties");
+    for compiled in &compiled {
+        assert!(compiled.compile_ns.is_some_and(|ns| ns > 0), "{compiled:?}");
+        assert!(!lacks || compiled.executables.is_none(), "{compiled:?}");
+        for executable in compiled.executables.iter().flatten() {
+            assert!(!executable.name.is_empty(), "{executable:?}");
+            assert!(executable.statistics.iter().all(|told| !told.name.is_empty()));
+        }
+    }
+    device.reset();
+    let stale = device.compiled(id);
+    assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+}
+
+fn shader(pass: &Pass) -> Option<&str> {
+    match &pass.work {
+        Work::Clear { .. } => None,
+        Work::Compute { shader, .. } => Some(&shader.label),
+        Work::Raster(raster) => Some(&raster.shader.label),
+    }
+}
+
+fn tells_the_same_out_of_the_cache(id: &str) {
+    let cache = tempfile::tempdir().expect("a directory");
+    let told = || {
+        let mut device = open(id, cache.path()).expect("opens, since it was listed");
+        let plan = device.prepare(&shaders_plan()).expect("prepared");
+        let compiled = device.compiled(plan).expect("told").into_iter();
+        let found: Vec<_> = compiled.map(|one| (one.from_cache, one.executables)).collect();
+        found
+    };
+    let (first, second) = (told(), told());
+    for ((from_cache, executables), (again_from_cache, again)) in first.into_iter().zip(second) {
+        // What a driver's own caches have to do with it is the driver's to say.
+        eprintln!("{id}: from the cache: {from_cache:?}, then {again_from_cache:?}");
+        assert_eq!(executables, again);
+    }
 }
 
 fn clears_more_than_32_bits_of_bytes(device: &mut dyn Device) {

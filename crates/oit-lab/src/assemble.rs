@@ -7,8 +7,8 @@ use oit_bma::{
 use oit_capture::{CapturePasses, CaptureRequest, Demand, Geometry, Lists};
 use oit_fragments::DepthHistogram;
 use oit_gpu::{
-    Buffer, ColorAttachment, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan, Raster,
-    Shader, Target,
+    Buffer, ColorAttachment, Compiled, DepthStencil, Dispatch, Draw, Format, Load, Pass, Plan,
+    Raster, Shader, Target,
 };
 use oit_sort::{Entry, Layout, Output, Program, SortSpec, Store, store_name, workgroups};
 
@@ -351,9 +351,45 @@ fn program(
         height_px: size.height_px,
     };
     let wgsl = program.wgsl().map_err(|error| CellError::Unsupported(error.to_string()))?;
-    let sort = store_name(strategy, spec.store);
-    let label = format!("resolve: {sort} for {} to {}", interval.low, interval.high);
-    Ok(Shader::new(label, wgsl))
+    Ok(Shader::new(program_label(strategy, spec.store, interval), wgsl))
+}
+
+/// The label of the resolve program of an interval, by which it is found among a plan's shaders.
+fn program_label(
+    strategy: &dyn oit_sort::SortStrategy,
+    store: Store,
+    interval: Interval,
+) -> String {
+    let sort = store_name(strategy, store);
+    format!("resolve: {sort} for {} to {}", interval.low, interval.high)
+}
+
+/// A technique's resolve programs on a view of this peak depth complexity, one an interval from the
+/// shallowest, with what the backend tells of each.
+pub(crate) fn programs(
+    technique: &Technique,
+    peak: u32,
+    compiled: &[Compiled],
+) -> Result<Vec<oit_record::Program>, CellError> {
+    let intervals = intervals(technique, peak)?;
+    let program = |interval: Interval| {
+        let (strategy, spec) = sort_spec(technique, array(technique, &intervals, interval))?;
+        let label = program_label(strategy, spec.store, array(technique, &intervals, interval));
+        let told = compiled.iter().find(|compiled| compiled.shader == label);
+        let main = told.and_then(|told| told.main.as_ref());
+        Ok(oit_record::Program {
+            sort: strategy.name().into(),
+            store: spec.store.name().into(),
+            low: interval.low,
+            high: interval.high,
+            invocations: main.map(|main| main.workgroup_size.iter().product()),
+            declared_workgroup_bytes: main.map(|main| main.workgroup_bytes),
+            compile_ns: told.and_then(|told| told.compile_ns),
+            from_cache: told.and_then(|told| told.from_cache),
+            executables: told.and_then(|told| told.executables.clone()),
+        })
+    };
+    intervals.iter().map(program).collect()
 }
 
 fn full_screen(shader: Shader, load: Load<[f32; 4]>, mask: Option<DepthStencil>) -> Pass {

@@ -165,6 +165,7 @@ impl Engine for CpuEngine {
             pool_grown: 0,
             memory: None,
             prepare_ms: 0.0,
+            programs: Vec::new(),
         };
         self.ready.push(technique.clone());
         let ready = Ready(self.ready.len() - 1);

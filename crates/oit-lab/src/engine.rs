@@ -7,7 +7,7 @@ use oit_capture::{Geometry, MeshBytes};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
-use oit_record::DeviceInfo;
+use oit_record::{DeviceInfo, Program};
 use oit_scene::{Camera, Mesh, Scene, Shading};
 
 use crate::cpu_engine::CpuEngine;
@@ -123,7 +123,7 @@ impl ViewData {
 pub struct Ready(pub usize);
 
 /// What making it ready came to.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Preparation {
     /// The array size of its deepest program.
     pub max_frags: u32,
@@ -137,6 +137,8 @@ pub struct Preparation {
     pub memory: Option<Memory>,
     /// Milliseconds until its pipelines were ready.
     pub prepare_ms: f64,
+    /// Its resolve programs, one an interval from the shallowest; empty on the CPU, which has none.
+    pub programs: Vec<Program>,
 }
 
 /// Device memory of a technique, as allocated, in bytes.

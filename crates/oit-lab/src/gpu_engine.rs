@@ -9,7 +9,7 @@ use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 
-use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, slots};
+use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
 use crate::technique::{PoolPolicy, Stage, Technique};
@@ -246,7 +246,8 @@ impl Engine for GpuEngine {
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
         let view = self.view()?;
         let whole = slots(technique, view.data.size, &view.counts, &view.histogram)?;
-        let max_frags = intervals(technique, view.histogram.peak())?.deepest();
+        let peak = view.histogram.peak();
+        let max_frags = intervals(technique, peak)?.deepest();
         let is_stored = matches!(view.data.source, Source::Stored(_));
         let percent = u64::from(technique.pool.percent);
         if is_stored && percent != 100 {
@@ -292,6 +293,7 @@ impl Engine for GpuEngine {
             pool_grown: u32::from(attempt.is_some()),
             memory: Some(memory),
             prepare_ms,
+            programs: programs(technique, peak, &self.device.compiled(plan)?)?,
         };
         let capture = technique.capture;
         let view = self.view.as_mut().expect("it was open above");

@@ -19,7 +19,7 @@ use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
 use crate::kept;
 use crate::provenance;
 use crate::verify::Check;
-use crate::worker::{Reply, Request, Spent};
+use crate::worker::{Prepared, Reply, Request, Spent};
 
 /// How a run is started.
 #[derive(Clone, Debug)]
@@ -243,6 +243,8 @@ fn open_record(
 #[derive(Clone, Default)]
 struct CellState {
     verdict: Option<Verdict>,
+    /// Whether its programs are recorded.
+    programs: bool,
     sampled: BTreeSet<u32>,
     end: Option<End>,
 }
@@ -283,6 +285,7 @@ impl Session<'_> {
                 Event::Verified { cell, result } => {
                     self.states[*cell].verdict = Some(result.verdict);
                 }
+                Event::Programs { cell, .. } => self.states[*cell].programs = true,
                 Event::Sample { cell, sample, .. } => {
                     self.states[*cell].sampled.insert(*sample);
                 }
@@ -436,17 +439,22 @@ impl Session<'_> {
         let images = keep.then(|| kept::stem(&self.setup.out, &self.cells[cell].cell));
         let reply = client.ask(&Request::Prepare { cell, technique, check, images }, self.timeout);
         match reply {
-            Ok(Reply::Prepared(Some(result))) => {
+            Ok(Reply::Prepared(prepared)) => {
+                let Prepared { verification, programs } = *prepared;
+                if !programs.is_empty() && !self.states[cell].programs {
+                    self.states[cell].programs = true;
+                    self.writer.append(&Event::Programs { cell, programs })?;
+                }
+                let Some(result) = verification else { return Ok(()) };
                 self.states[cell].verdict = Some(result.verdict);
-                self.writer.append(&Event::Verified { cell, result: (*result).clone() })?;
+                self.writer.append(&Event::Verified { cell, result: result.clone() })?;
                 let wrong = result.verdict == Verdict::Wrong;
                 let steps = 1 + if wrong { u64::from(self.samples) } else { 0 };
                 let name = self.name(cell);
-                (self.progress)(Progress::Verified(name, result));
+                (self.progress)(Progress::Verified(name, Box::new(result)));
                 (self.progress)(Progress::Steps(steps));
                 Ok(())
             }
-            Ok(Reply::Prepared(None)) => Ok(()),
             other => {
                 let broke = other.is_err();
                 self.end(cell, reason(&other))?;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use oit_fragments::{DepthHistogram, Lfb};
-use oit_record::{DeviceInfo, Verification};
+use oit_record::{DeviceInfo, Program, Verification};
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{CellError, Engine, FrameSize, Ready, ViewData, open_engine};
+use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
 use crate::experiment::Overrides;
 use crate::kept;
 use crate::stored::{is_stored, load_stored};
@@ -59,7 +59,7 @@ pub(crate) enum Reply {
     /// A view's fragments.
     Counted { triangles: u64, histogram: Vec<u64> },
     /// A technique is ready.
-    Prepared(Option<Box<Verification>>),
+    Prepared(Box<Prepared>),
     /// One timing.
     Sampled { stages_ns: Vec<(String, u64)>, parts_ns: Vec<(String, u64)>, total_ns: u64 },
     /// Done.
@@ -70,6 +70,16 @@ pub(crate) enum Reply {
     Unsupported(String),
     /// It broke.
     Failed(String),
+}
+
+/// A cell made ready.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Prepared {
+    /// How it compares with the oracle, if that was asked.
+    pub(crate) verification: Option<Verification>,
+    /// Its resolve programs.
+    #[serde(default)]
+    pub(crate) programs: Vec<Program>,
 }
 
 /// Where a worker's time went, in milliseconds.
@@ -200,7 +210,8 @@ impl Worker {
                 self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
             Request::Prepare { cell, technique, check, images } => {
-                self.prepare(cell, &technique, check, images.as_deref()).map(Reply::Prepared)
+                let prepared = self.prepare(cell, &technique, check, images.as_deref())?;
+                Ok(Reply::Prepared(Box::new(prepared)))
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
@@ -277,7 +288,7 @@ impl Worker {
         technique: &str,
         check: Option<Check>,
         images: Option<&Path>,
-    ) -> Result<Option<Box<Verification>>, CellError> {
+    ) -> Result<Prepared, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
         let (Some(tuner), Some((histogram, size))) = (&self.tuner, &self.view) else {
@@ -288,21 +299,24 @@ impl Worker {
         let tuned = Some(chosen.to_string()).filter(|name| *name != technique.to_string());
         let started = Instant::now();
         let prepared = self.prepare_and_verify(&chosen, check, images);
-        let prepare_ms = prepared.as_ref().map_or(0.0, |(_, prepare_ms, _)| *prepare_ms);
+        let prepare_ms =
+            prepared.as_ref().map_or(0.0, |(_, preparation, _)| preparation.prepare_ms);
         self.spent.prepare_ms += prepare_ms;
         self.spent.verify_ms += ms(started) - prepare_ms;
-        let (ready, _, verification) = prepared?;
+        let (ready, preparation, verification) = prepared?;
         self.ready.insert(cell, ready);
-        Ok(verification.map(|result| Box::new(Verification { tuned, predicted_ns, ..result })))
+        let verification =
+            verification.map(|result| Verification { tuned, predicted_ns, ..result });
+        Ok(Prepared { verification, programs: preparation.programs })
     }
 
-    /// The technique, milliseconds until its pipelines were ready, and how it compares.
+    /// The technique, what making it ready came to, and how it compares.
     fn prepare_and_verify(
         &mut self,
         technique: &Technique,
         check: Option<Check>,
         images: Option<&Path>,
-    ) -> Result<(Ready, f64, Option<Verification>), CellError> {
+    ) -> Result<(Ready, Preparation, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
         let verification = match (check, &mut self.verifier, &mut self.engine) {
             (Some(check), Some(verifier), Some(engine)) => {
@@ -317,7 +331,7 @@ impl Worker {
             }
             _ => None,
         };
-        Ok((ready, preparation.prepare_ms, verification))
+        Ok((ready, preparation, verification))
     }
 
     fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {

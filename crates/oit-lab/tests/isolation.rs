@@ -32,13 +32,14 @@ views = ["random_triangles:front"]
 /// Answers every request as a worker would; `$1` is the cell whose sampling it does not survive,
 /// `$2` what it does then.
 const WORKER: &str = r#"
-verified='{"Prepared":{"verdict":"exact","wrong_px":0,"max_error":0.0,"rmse":0.0,"max_alpha_error":0.0,"fragments_missing":0,"fragments_extra":0,"max_frags":8,"pool_initial":1,"pool_final":1,"pool_grown":0,"memory_bytes":0,"prepare_ms":0.0}}'
+programs='"programs":[{"sort":"merge","store":"local","low":1,"high":8,"invocations":64,"declared_workgroup_bytes":0,"compile_ns":5,"from_cache":null,"executables":null}]'
+verified='{"Prepared":{"verification":{"verdict":"exact","wrong_px":0,"max_error":0.0,"rmse":0.0,"max_alpha_error":0.0,"fragments_missing":0,"fragments_extra":0,"max_frags":8,"pool_initial":1,"pool_final":1,"pool_grown":0,"memory_bytes":0,"prepare_ms":0.0},'"$programs"'}}'
 while read -r request; do
   case $request in
     '{"Open"'*) echo '{"Opened":{"id":"fake","backend":"fake","name":"fake","driver":"","api":"","kind":"other","subgroup_size":null,"max_storage_buffer_bytes":0,"max_workgroup_bytes":0,"max_workgroup_invocations":0,"timestamp_period_ns":null,"memory_bytes":null,"unsupported":[]}}' ;;
     '{"View"'*) echo '{"Counted":{"triangles":1,"histogram":[63,1]}}' ;;
     '{"Prepare"'*'"verify":true'*) echo "$verified" ;;
-    '{"Prepare"'*) echo '{"Prepared":null}' ;;
+    '{"Prepare"'*) echo '{"Prepared":{"verification":null,'"$programs"'}}' ;;
     '{"Sample"'*)
       for cell in $(echo "$request" | tr -dc '0-9,' | tr ',' ' '); do
         if [ "$cell" = "$1" ]; then $2; fi
@@ -142,6 +143,8 @@ fn a_killed_run_goes_on_with_the_first_sample_that_is_missing() {
         assert!(record.finished());
         let verified = |event: &&Event| matches!(event, Event::Verified { .. });
         assert_eq!(record.events.iter().filter(verified).count(), 3, "after {keep} lines");
+        let programs = |event: &&Event| matches!(event, Event::Programs { .. });
+        assert_eq!(record.events.iter().filter(programs).count(), 3, "after {keep} lines");
     }
 }
 

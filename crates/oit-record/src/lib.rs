@@ -2,9 +2,11 @@
 
 mod device;
 mod folder;
+mod program;
 mod schema;
 pub mod statistics;
 
 pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
+pub use program::{Executable, Program, Statistic, StatisticValue};
 pub use schema::{Cell, Event, Host, Run, SCHEMA_VERSION, Verdict, Verification};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::DeviceInfo;
+use crate::{DeviceInfo, Program};
 
 /// The version of this schema. A record of another version is refused.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -98,6 +98,14 @@ pub enum Event {
         cell: usize,
         /// The comparison.
         result: Verification,
+    },
+    /// What the driver tells of a cell's resolve programs, once a cell, before it is verified. Older
+    /// records have none.
+    Programs {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// One an interval, from the shallowest.
+        programs: Vec<Program>,
     },
     /// The clocks just before and after a view's samples, where they can be read.
     Clocks {
@@ -237,6 +245,7 @@ impl Event {
     pub fn cell(&self) -> Option<usize> {
         match self {
             Self::Verified { cell, .. }
+            | Self::Programs { cell, .. }
             | Self::Sample { cell, .. }
             | Self::Skipped { cell, .. }
             | Self::Failed { cell, .. } => Some(*cell),

@@ -4,6 +4,7 @@ pub(crate) mod flight;
 pub(crate) mod bma;
 pub(crate) mod lfb;
 pub(crate) mod probe;
+pub(crate) mod mechanism;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,9 +2,9 @@
 
 use super::instance::Instance;
 use super::physical::Physical;
-use super::{failure, formats};
+use super::{executables, failure, formats};
 use crate::{GpuError, Target};
-use ash::vk;
+use ash::{khr, vk};
 use std::rc::Rc;
 
 /// Bytes of the buffer through which uploads and read-backs go, piece by piece.
@@ -17,6 +17,8 @@ pub(super) struct Gpu {
     queue: vk::Queue,
     pub(super) command_pool: vk::CommandPool,
     fence: vk::Fence,
+    /// `None` where the driver tells nothing of its pipelines, or is not to be asked.
+    pub(super) executables: Option<executables::Functions>,
     pub(super) instance: Rc<Instance>,
 }
 
@@ -42,11 +44,18 @@ impl Gpu {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(physical.queue_family)
             .queue_priorities(&[1.0])];
-        let create = vk::DeviceCreateInfo::default()
+        let asks = physical.has_executable_properties && !executables::are_refused();
+        let extensions = [khr::pipeline_executable_properties::NAME.as_ptr()];
+        let mut properties = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
             .push_next(&mut f12)
             .push_next(&mut f13);
+        if asks {
+            create = create.enabled_extension_names(&extensions).push_next(&mut properties);
+        }
         // SAFETY: the physical device is of this instance; what is enabled it has, or, like the
         // features of 1.3 named here, every device of its version must have.
         let device = unsafe { instance.raw.create_device(physical.raw, &create, None) }
@@ -54,12 +63,14 @@ impl Gpu {
         // From here on `Drop` cleans up; null handles are ignored by the destroying functions.
         // SAFETY: the queue was asked for above.
         let queue = unsafe { device.get_device_queue(physical.queue_family, 0) };
+        let executables = asks.then(|| executables::Functions::new(&instance.raw, &device));
         let mut gpu = Self {
             device,
             physical,
             queue,
             command_pool: vk::CommandPool::null(),
             fence: vk::Fence::null(),
+            executables,
             instance,
         };
         let pool =

@@ -5,6 +5,7 @@
 //! costs the host one submission.
 
 mod arrays;
+mod executables;
 mod formats;
 mod gpu;
 mod instance;
@@ -17,7 +18,9 @@ mod words;
 use crate::device::{POISON, no_resource, not_prepared};
 use crate::pipeline_key::PipelineKey;
 use crate::reflect::Shaders;
-use crate::{Contents, Device, DeviceInfo, Format, GpuError, Plan, PlanId, Target, Timing};
+use crate::{
+    Compiled, Contents, Device, DeviceInfo, Format, GpuError, Plan, PlanId, Target, Timing,
+};
 use ash::vk;
 use gpu::{Buffer, Gpu, Image, Staging};
 use instance::Instance;
@@ -92,10 +95,11 @@ impl Vulkan {
     }
 
     /// Whether the driver tells a pipeline's registers, spills and code size
-    /// (`VK_KHR_pipeline_executable_properties`).
+    /// (`VK_KHR_pipeline_executable_properties`), and is asked to: with `OIT_STATISTICS=0` in the
+    /// environment it is not.
     #[must_use]
     pub fn has_pipeline_executable_properties(&self) -> bool {
-        self.gpu.physical.has_executable_properties
+        self.gpu.executables.is_some()
     }
 
     /// Whether the validation layer is installed.
@@ -171,10 +175,20 @@ impl Device for Vulkan {
         let reflections = crate::check::check(plan, &mut self.shaders)?;
         self.gpu.physical.limits.check(plan, &reflections)?;
         let mut pipelines = Vec::with_capacity(plan.passes.len());
+        let mut compiled = Vec::new();
         for (pass, reflection) in plan.passes.iter().zip(&reflections) {
             pipelines.push(match (PipelineKey::of(plan, &pass.work), reflection) {
                 (Some((key, shader)), Some(reflection)) => {
-                    Some(self.pipelines.get(key, &shader.label, reflection)?)
+                    let is_compute = matches!(key, PipelineKey::Compute { .. });
+                    let pipeline = self.pipelines.get(key, &shader.label, reflection)?;
+                    compiled.push(Compiled {
+                        shader: shader.label.clone(),
+                        main: reflection.main.clone().filter(|_| is_compute),
+                        compile_ns: Some(pipeline.compile_ns),
+                        from_cache: pipeline.from_cache,
+                        executables: pipeline.executables.clone(),
+                    });
+                    Some(pipeline)
                 }
                 _ => None,
             });
@@ -182,7 +196,9 @@ impl Device for Vulkan {
         self.pipelines.store();
         let buffers: Result<_, _> = plan.buffers.iter().map(|buffer| self.buffer(buffer)).collect();
         let targets: Result<_, _> = plan.targets.iter().map(|target| self.target(target)).collect();
-        let prepared = Prepared::new(&self.gpu, plan, &reflections, pipelines, buffers?, targets?)?;
+        let mut prepared =
+            Prepared::new(&self.gpu, plan, &reflections, pipelines, buffers?, targets?)?;
+        prepared.compiled = compiled;
         let id = self.next_plan;
         self.next_plan += 1;
         self.plans.insert(id, prepared);
@@ -218,6 +234,10 @@ impl Device for Vulkan {
             Some((target, image)) => staging.download_image(image, target),
             None => Err(no_resource(&prepared.plan, resource)),
         }
+    }
+
+    fn compiled(&self, plan: PlanId) -> Result<Vec<Compiled>, GpuError> {
+        Ok(self.plan(plan)?.compiled.clone())
     }
 
     fn resource_bytes(&self, plan: PlanId) -> Result<Vec<(String, u64)>, GpuError> {

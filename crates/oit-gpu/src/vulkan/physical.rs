@@ -70,11 +70,6 @@ impl Physical {
         // SAFETY: the chain holds structures of Vulkan 1.3, which the device has.
         unsafe { vulkan.get_physical_device_properties2(raw, &mut properties) };
         let properties = properties.properties;
-        let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
-        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut f12);
-        // SAFETY: as above.
-        unsafe { vulkan.get_physical_device_features2(raw, &mut features) };
-        let features = features.features;
         // SAFETY: as above.
         let extensions = unsafe { vulkan.enumerate_device_extension_properties(raw) }
             .map_err(|error| failure("listing the extensions", error))?;
@@ -82,6 +77,16 @@ impl Physical {
             .iter()
             .filter_map(|extension| Some(extension.extension_name_as_c_str().ok()?.to_owned()))
             .collect();
+        let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut f12);
+        // A driver is only asked of what it knows.
+        if extensions.contains(khr::pipeline_executable_properties::NAME) {
+            features = features.push_next(&mut executables);
+        }
+        // SAFETY: the chain holds structures of Vulkan 1.3 and of an extension that the device has.
+        unsafe { vulkan.get_physical_device_features2(raw, &mut features) };
+        let features = features.features;
         // SAFETY: as above.
         let memory = unsafe { vulkan.get_physical_device_memory_properties(raw) };
         // SAFETY: as above.
@@ -114,8 +119,7 @@ impl Physical {
         let limits = limits(&name, &properties.limits, &features, &f12, &p11, &p13, |format| {
             format_features(formats::format(format, stencil_format))
         });
-        let has_executable_properties =
-            extensions.contains(khr::pipeline_executable_properties::NAME);
+        let has_executable_properties = executables.pipeline_executable_info != 0;
         let blends = limits.blendable.contains(&Format::R32Float);
         let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
         let device_heaps = memory.memory_heaps_as_slice().iter();
@@ -162,7 +166,8 @@ impl Physical {
     }
 }
 
-fn text(text: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
+/// A text of the driver's; empty where it does not end.
+pub(super) fn text(text: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
     text.map(|text| text.to_string_lossy().into_owned()).unwrap_or_default()
 }
 

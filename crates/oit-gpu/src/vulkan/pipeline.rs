@@ -2,7 +2,7 @@
 
 use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
-use super::{failure, formats, sample_mask};
+use super::{executables, failure, formats, sample_mask};
 use crate::GpuError;
 use crate::cache_file::CacheFile;
 use crate::pipeline_key::{PipelineKey, RasterKey};
@@ -10,9 +10,11 @@ use crate::reflect::{Access, Kind, Reflection};
 use ash::vk;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
+use oit_record::Executable;
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
+use std::time::Instant;
 
 /// A pipeline and its layouts.
 pub(super) struct Pipeline {
@@ -21,6 +23,12 @@ pub(super) struct Pipeline {
     pub(super) layout: vk::PipelineLayout,
     /// One for each bind group, gaps included.
     pub(super) sets: Vec<vk::DescriptorSetLayout>,
+    /// Nanoseconds that the driver took to make it.
+    pub(super) compile_ns: u64,
+    /// Whether it was in the cache, if the driver says so.
+    pub(super) from_cache: Option<bool>,
+    /// What it became, if the driver says so.
+    pub(super) executables: Option<Vec<Executable>>,
 }
 
 /// The pipelines made so far, and the cache that outlives the process.
@@ -60,10 +68,23 @@ impl Pipelines {
             PipelineKey::Raster(_) => Kind::Raster,
         };
         let mut pipeline = Pipeline::with_layout(&self.gpu, reflection, kind)?;
-        pipeline.raw = match &key {
-            PipelineKey::Compute { .. } => self.compute(label, reflection, pipeline.layout)?,
-            PipelineKey::Raster(state) => self.raster(label, reflection, pipeline.layout, state)?,
+        let mut feedback = vk::PipelineCreationFeedback::default();
+        let (raw, compile_ns) = match &key {
+            PipelineKey::Compute { .. } => {
+                self.compute(label, reflection, pipeline.layout, &mut feedback)?
+            }
+            PipelineKey::Raster(state) => {
+                self.raster(label, reflection, pipeline.layout, state, &mut feedback)?
+            }
         };
+        pipeline.raw = raw;
+        pipeline.compile_ns = compile_ns;
+        type Flags = vk::PipelineCreationFeedbackFlags;
+        pipeline.from_cache = feedback
+            .flags
+            .contains(Flags::VALID)
+            .then(|| feedback.flags.contains(Flags::APPLICATION_PIPELINE_CACHE_HIT));
+        pipeline.executables = executables::of(&self.gpu, raw);
         let pipeline = Rc::new(pipeline);
         self.unstored = true;
         self.by_key.insert(key, pipeline.clone());
@@ -84,12 +105,14 @@ impl Pipelines {
         }
     }
 
+    /// A compute pipeline, and the nanoseconds that it took.
     fn compute(
         &self,
         label: &str,
         reflection: &Reflection,
         layout: vk::PipelineLayout,
-    ) -> Result<vk::Pipeline, GpuError> {
+        feedback: &mut vk::PipelineCreationFeedback,
+    ) -> Result<(vk::Pipeline, u64), GpuError> {
         let module = Module::new(&self.gpu, label, reflection, naga::ShaderStage::Compute, "main")?;
         let mut stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
@@ -110,20 +133,30 @@ impl Pipelines {
                 stage = stage.flags(vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS);
             }
         }
-        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        let mut feedback =
+            vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(feedback);
+        let create = [vk::ComputePipelineCreateInfo::default()
+            .flags(executables::flags(&self.gpu))
+            .stage(stage)
+            .layout(layout)
+            .push_next(&mut feedback)];
+        let started = Instant::now();
         // SAFETY: the module and the layout are alive, and both come from the same reflection.
         let made = unsafe { self.gpu.device.create_compute_pipelines(self.cache, &create, None) };
-        made.map(|pipelines| pipelines[0])
+        let compile_ns = started.elapsed().as_nanos() as u64;
+        made.map(|pipelines| (pipelines[0], compile_ns))
             .map_err(|(_, error)| failure(&format!("compiling {label:?}"), error))
     }
 
+    /// A raster pipeline, and the nanoseconds that it took.
     fn raster(
         &self,
         label: &str,
         reflection: &Reflection,
         layout: vk::PipelineLayout,
         key: &RasterKey,
-    ) -> Result<vk::Pipeline, GpuError> {
+        feedback: &mut vk::PipelineCreationFeedback,
+    ) -> Result<(vk::Pipeline, u64), GpuError> {
         let gpu = &self.gpu;
         let vs = Module::new(gpu, label, reflection, naga::ShaderStage::Vertex, "vs")?;
         let fs = Module::new(gpu, label, reflection, naga::ShaderStage::Fragment, "fs")?;
@@ -203,7 +236,10 @@ impl Pipelines {
         if key.stencil.is_some() {
             rendering = rendering.stencil_attachment_format(stencil_format);
         }
+        let mut feedback =
+            vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(feedback);
         let create = [vk::GraphicsPipelineCreateInfo::default()
+            .flags(executables::flags(gpu))
             .stages(&stages)
             .vertex_input_state(&vertex)
             .input_assembly_state(&assembly)
@@ -214,11 +250,14 @@ impl Pipelines {
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
             .layout(layout)
-            .push_next(&mut rendering)];
+            .push_next(&mut rendering)
+            .push_next(&mut feedback)];
+        let started = Instant::now();
         // SAFETY: the modules and the layout are alive and come from the same reflection; the plan
         // was checked for what the state names.
         let made = unsafe { gpu.device.create_graphics_pipelines(self.cache, &create, None) };
-        made.map(|pipelines| pipelines[0])
+        let compile_ns = started.elapsed().as_nanos() as u64;
+        made.map(|pipelines| (pipelines[0], compile_ns))
             .map_err(|(_, error)| failure(&format!("compiling {label:?}"), error))
     }
 }
@@ -235,7 +274,15 @@ impl Pipeline {
     /// The layouts of a shader, without the pipeline.
     fn with_layout(gpu: &Rc<Gpu>, reflection: &Reflection, kind: Kind) -> Result<Self, GpuError> {
         let (raw, layout) = (vk::Pipeline::null(), vk::PipelineLayout::null());
-        let mut pipeline = Self { gpu: gpu.clone(), raw, layout, sets: Vec::new() };
+        let mut pipeline = Self {
+            gpu: gpu.clone(),
+            raw,
+            layout,
+            sets: Vec::new(),
+            compile_ns: 0,
+            from_cache: None,
+            executables: None,
+        };
         for group in 0..reflection.groups(kind) {
             let bindings: Vec<_> = reflection
                 .bindings_of(kind)

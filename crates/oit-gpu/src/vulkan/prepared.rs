@@ -6,7 +6,9 @@ use super::{failure, formats};
 use crate::device::no_resource;
 use crate::reflect::{Access, Kind, Reflection};
 use crate::timing::Stages;
-use crate::{Contents, Dispatch, Draw, GpuError, Load, Pass, Plan, Raster, Target, Timing, Work};
+use crate::{
+    Compiled, Contents, Dispatch, Draw, GpuError, Load, Pass, Plan, Raster, Target, Timing, Work,
+};
 use ash::vk;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -17,6 +19,8 @@ pub(super) struct Prepared {
     pub(super) plan: String,
     pub(super) buffers: Vec<NamedBuffer>,
     pub(super) targets: Vec<(Target, Rc<Image>)>,
+    /// What became of the shaders.
+    pub(super) compiled: Vec<Compiled>,
     // Kept alive for the recorded commands.
     pipelines: Vec<Option<Rc<Pipeline>>>,
     stages: Stages,
@@ -55,6 +59,7 @@ impl Prepared {
             plan: plan.name.clone(),
             buffers: plan.buffers.iter().zip(buffers).map(named).collect(),
             targets: plan.targets.iter().cloned().zip(targets).collect(),
+            compiled: Vec::new(),
             pipelines,
             stages: Stages::new(plan),
             descriptors: vk::DescriptorPool::null(),

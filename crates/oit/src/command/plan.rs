@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
+use miette::miette;
 use oit_capture::MeshBytes;
 use oit_fragments::DepthHistogram;
+use oit_gpu::Compiled;
 use oit_lab::{Fragments, FrameSize, Stage, Technique, Tuner, assemble, cuda_source};
+use oit_record::Statistic;
 
 use crate::command::render::{overrides, size};
-use crate::command::report;
+use crate::command::{cache_folder, device_id, report};
 
 /// Which plan is printed.
 #[derive(clap::Args)]
@@ -33,9 +36,14 @@ pub(crate) struct Arguments {
     /// Print the shaders too.
     #[arg(long)]
     shaders: bool,
+    /// Compile the shaders on a device (`auto` for the best there is) and print what its driver
+    /// tells of each: registers, spills, sizes. Its buffers are allocated too: a small `--size` will
+    /// do.
+    #[arg(long, value_name = "DEVICE")]
+    statistics: Option<String>,
 }
 
-/// Prints a plan. No device is needed.
+/// Prints a plan. No device is needed, but for statistics.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let size = size(&arguments.size)?;
@@ -72,5 +80,42 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
             println!("\n// {label}\n{source}");
         }
     }
+    if let Some(asked) = &arguments.statistics {
+        let id = device_id(asked)?;
+        if id == "cpu" {
+            return Err(miette!("the CPU compiles no shaders; name a GPU"));
+        }
+        let mut device = oit_gpu::open(&id, &cache_folder()).map_err(report)?;
+        let prepared = device.prepare(&plan).map_err(report)?;
+        println!("\n{id}: {}, {}", device.info().name, device.info().driver);
+        device.compiled(prepared).map_err(report)?.iter().for_each(print_compiled);
+    }
     Ok(())
+}
+
+fn print_compiled(compiled: &Compiled) {
+    println!("\n{}", compiled.shader);
+    if let Some(main) = &compiled.main {
+        let [x, y, z] = main.workgroup_size;
+        println!("  workgroup of {x} x {y} x {z}, {} bytes declared", main.workgroup_bytes);
+    }
+    if let Some(ns) = compiled.compile_ns {
+        let cache = match compiled.from_cache {
+            Some(true) => "from the cache",
+            Some(false) => "not from the cache",
+            None => "it does not say whether from the cache",
+        };
+        println!("  made in {:.3} ms, {cache}", ns as f64 / 1e6);
+    }
+    let Some(executables) = &compiled.executables else {
+        println!("  the driver tells nothing of it");
+        return;
+    };
+    for executable in executables {
+        let stages = executable.stages.join(", ");
+        println!("  {} ({stages}), subgroups of {}", executable.name, executable.subgroup_size);
+        for Statistic { name, description, value } in &executable.statistics {
+            println!("    {name:<28} {:>12}  {description}", value.number());
+        }
+    }
 }
