@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{
-    VIEWS, WRONG, bma, flight, lfb, mechanism, probe, write_counts, write_run,
-};
+use synthetic::{VIEWS, WRONG, bma, flight, lfb, mechanism, probe, write_counts, write_run};
 
 const DEVICE: &str = "test device";
 

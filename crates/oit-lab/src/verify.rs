@@ -131,11 +131,12 @@ impl Verifier {
         };
         let all = difference(&image, &self.picture)?;
         let depth_only = technique.ties == Ties::Depth;
-        let decisive = if depth_only && self.tied_px > 0 && bound.is_none_or(|bound| !within(bound, &all)) {
-            difference(&self.without_tied(image), &self.picture)?
-        } else {
-            all
-        };
+        let decisive =
+            if depth_only && self.tied_px > 0 && bound.is_none_or(|bound| !within(bound, &all)) {
+                difference(&self.without_tied(image), &self.picture)?
+            } else {
+                all
+            };
         let (verdict, note) = if let Some(own) = of_stored {
             let note = format!("its picture is not that of what it stored: {}", off(&own));
             (Verdict::Wrong, Some(note))

@@ -6,8 +6,8 @@ mod support;
 use oit_capture::CAPTURES;
 use oit_fragments::Ties;
 use oit_lab::{
-    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Source, Stage, Technique,
-    Verifier, ViewData, open_engine,
+    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Source, Stage,
+    Technique, Verifier, ViewData, open_engine,
 };
 use oit_record::{Verdict, Verification};
 use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
@@ -119,11 +119,10 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
                 let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
                     continue;
                 };
-                let inexact = technique
-                    .sort
-                    .parts()
-                    .iter()
-                    .any(|part| !part.strategy.sorts() || part.strategy.error_bound().is_some());
+                let inexact =
+                    technique.sort.parts().iter().any(|part| {
+                        !part.strategy.sorts() || part.strategy.error_bound().is_some()
+                    });
                 let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
                 ran += 1;

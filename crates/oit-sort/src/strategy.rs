@@ -1,8 +1,8 @@
 //! What a sort strategy is.
 
 use crate::INVOCATIONS;
-use crate::workgroup_memory::{LEAST_INVOCATIONS, invocations_with_room, most_frags};
 use crate::composite;
+use crate::workgroup_memory::{LEAST_INVOCATIONS, invocations_with_room, most_frags};
 use minijinja::Value;
 use oit_fragments::{Fragment, Ties};
 use std::fmt;

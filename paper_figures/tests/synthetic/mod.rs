@@ -1,10 +1,10 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
-pub(crate) mod flight;
 pub(crate) mod bma;
+pub(crate) mod flight;
 pub(crate) mod lfb;
-pub(crate) mod probe;
 pub(crate) mod mechanism;
+pub(crate) mod probe;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
