@@ -207,14 +207,7 @@ fn every_kernel_sorts_as_its_twin() {
     }
 }
 
-/// The most fragments that techniques hold; fewer where llvmpipe is given arrays filled with zeros,
-/// as wgpu gives them: filling thousands of places takes it minutes to compile.
-fn deepest_of_all(id: &str, device: &dyn Device) -> u32 {
-    let software = device.info().name.contains("llvmpipe");
-    if software && id.starts_with("wgpu") { 512 } else { 4096 }
-}
-
-/// The deepest pixels, by strategies whose loops are short enough even where they are cut off
+/// The deepest pixels that techniques hold, by strategies whose loops are short enough even where they are cut off
 /// ([`deepest`]).
 #[test]
 fn pixels_of_4096_fragments_are_sorted() {
@@ -222,7 +215,13 @@ fn pixels_of_4096_fragments_are_sorted() {
     for id in support::gpus() {
         let cache = support::cache();
         let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
-        let max_frags = deepest_of_all(&id, &*device);
+        if id.starts_with("wgpu") && device.info().name.contains("llvmpipe") {
+            println!(
+                "{id}: SKIPPED: wgpu fills arrays with zeros, thousands of stores for llvmpipe"
+            );
+            continue;
+        }
+        let max_frags = 4096;
         for name in ["rbs_hier", "rbs_heap"] {
             let strategy = strategy(name).expect("a strategy");
             let (min_frags, store) = (max_frags / 2 + 1, strategy.stores()[0]);
