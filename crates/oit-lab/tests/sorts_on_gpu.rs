@@ -170,7 +170,9 @@ fn conforms(device: &mut dyn Device, strategy: &dyn SortStrategy, store: Store) 
         if strategy.limit().is_some_and(|limit| interval.high > limit) {
             continue;
         }
-        for ties in Ties::ALL {
+        // Of the other stores one rule is enough: they compare as the default one does.
+        let default = store == strategy.stores()[0];
+        for &ties in if default { &Ties::ALL[..] } else { &[Ties::Total] } {
             // Deep programs are slow to compile on software devices: one form of each is enough.
             let forms = if interval.high <= 32 { 2 } else { 1 };
             for form in 0..forms {
@@ -207,8 +209,8 @@ fn every_kernel_sorts_as_its_twin() {
     }
 }
 
-/// The deepest pixels that techniques hold, by strategies whose loops are short enough even where they are cut off
-/// ([`deepest`]).
+/// The deepest pixels that techniques hold, by strategies whose loops are short enough even where
+/// they are cut off ([`deepest`]).
 #[test]
 fn pixels_of_4096_fragments_are_sorted() {
     let mut scratch = Scratch::default();
