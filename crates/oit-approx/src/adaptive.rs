@@ -175,13 +175,7 @@ impl Method for Adaptive {
                 Pass::clear("clear", "locks"),
                 Pass::clear("clear", "lost"),
                 scene(request, "capture", "capture: curves".into(), &insert, vec![no_color()]),
-                scene(
-                    request,
-                    "blend",
-                    "blend: what is seen".into(),
-                    &(constants + ADD),
-                    sums,
-                ),
+                scene(request, "blend", "blend: what is seen".into(), &(constants + ADD), sums),
                 finish("resolve: no more than is covered".into(), FINISH),
             ],
         })

@@ -16,7 +16,7 @@ use oit_capture::Method;
 
 pub use adaptive::Adaptive;
 pub use k_buffer::{KBuffer, Tail};
-pub use moments::Moments;
+pub use moments::{Moments, Sums};
 pub use multi_layer::MultiLayer;
 pub use quantised::Quantised;
 pub use stochastic::Stochastic;
@@ -30,12 +30,15 @@ pub const METHODS: &[&dyn Method] = &[
     &KBuffer { tail: Tail::Merged },
     &MultiLayer::PATIENT,
     &Adaptive::PATIENT,
-    &Moments { count: 4, half: false },
-    &Moments { count: 6, half: false },
-    &Moments { count: 8, half: false },
-    &Moments { count: 4, half: true },
-    &Moments { count: 6, half: true },
-    &Moments { count: 8, half: true },
+    &Moments { count: 4, sums: Sums::Floats },
+    &Moments { count: 6, sums: Sums::Floats },
+    &Moments { count: 8, sums: Sums::Floats },
+    &Moments { count: 4, sums: Sums::Halves },
+    &Moments { count: 6, sums: Sums::Halves },
+    &Moments { count: 8, sums: Sums::Halves },
+    &Moments { count: 4, sums: Sums::Bounded },
+    &Moments { count: 6, sums: Sums::Bounded },
+    &Moments { count: 8, sums: Sums::Bounded },
     &Quantised { depth_bits: Some(24), premultiplied: false },
     &Quantised { depth_bits: Some(16), premultiplied: false },
     &Quantised { depth_bits: None, premultiplied: true },

@@ -13,9 +13,11 @@ use crate::twin;
 /// fragment, and colours are added times the transmittance of that. The sums are scaled to the
 /// transmittance of all.
 ///
-/// The paper spreads depth logarithmically from the near to the far plane. A twin knows window depth
-/// alone, so depth here is `2 z - 1` of window depth: the same for an orthographic camera, and crowded
-/// towards the far plane for one with perspective.
+/// Moments tell little of depths that lie close together. The paper spreads depth logarithmically
+/// between the nearest and the farthest that may be transparent. A twin knows window depth alone, so
+/// depth here is `2 z - 1` of window depth `z`, which perspective crowds towards the far plane; or it is
+/// spread evenly between each pixel's own nearest and farthest fragment, for which the scene is drawn
+/// once more, before all else.
 ///
 /// The paper's 16 bits are whole numbers of moments that were transformed first. Ours are half floats
 /// of the moments themselves, which are coarser and need a larger bias.
@@ -23,12 +25,51 @@ use crate::twin;
 pub struct Moments {
     /// How many: 4, 6 or 8.
     pub count: usize,
-    /// Whether sums are half floats and not floats of 32 bits.
-    pub half: bool,
+    /// How they are kept.
+    pub sums: Sums,
+}
+
+/// How [`Moments`] are kept.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Sums {
+    /// As floats of 32 bits.
+    Floats,
+    /// As half floats, the colours too.
+    Halves,
+    /// As floats of 32 bits, of depths that are spread between each pixel's nearest and farthest
+    /// fragment. Half floats are too coarse for that: moments of depths that reach -1 and 1 are large,
+    /// and with few fragments a picture would depend on how the device rounds.
+    Bounded,
 }
 
 /// The absorbance of an opaque fragment, whose own is without bound: the transmittance is 4.5e-5.
 const OPAQUE: f32 = 10.0;
+
+const BOUND: &str = "
+@fragment
+fn fs(in: Varyings) -> @location(0) vec2<f32> {
+    return vec2<f32>(-in.position.z, in.position.z);
+}
+";
+
+const WINDOW: &str = "
+fn depth_of(position: vec4<f32>) -> f32 {
+    return 2.0 * position.z - 1.0;
+}
+";
+
+const BOUNDED: &str = "
+@group(0) @binding(4) var bounds: texture_2d<f32>;
+
+fn depth_of(position: vec4<f32>) -> f32 {
+    let ends = textureLoad(bounds, vec2<i32>(position.xy), 0);
+    let length = ends.x + ends.y;
+    if (length <= 0.0) {
+        return 0.0;
+    }
+    return 2.0 * ((position.z + ends.x) / length) - 1.0;
+}
+";
 
 const ADD: &str = "
 fn powers(absorbance: f32, depth: f32) -> array<f32, 2 * ROOTS + 1> {
@@ -49,7 +90,7 @@ fn fs(in: Varyings) -> Added {
     if (alpha < 1.0) {
         absorbance = -log(1.0 - alpha);
     }
-    var b = powers(absorbance, 2.0 * in.position.z - 1.0);
+    var b = powers(absorbance, depth_of(in.position));
     return Added(ADDED);
 }
 ";
@@ -74,7 +115,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     for (var k = 1; k <= 2 * ROOTS; k += 1) {
         b[k] = b[k] / all * (1.0 - BIAS) + bias[k] * BIAS;
     }
-    let seen = reconstructed(all, b, 2.0 * in.position.z - 1.0);
+    let seen = reconstructed(all, b, depth_of(in.position));
     return vec4<f32>(own.rgb, 1.0) * (own.a * seen);
 }
 ";
@@ -93,21 +134,30 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 ";
 
 impl Moments {
-    /// The distribution that is mixed in, as moments 1 and on, and its share. The paper's, but for the
-    /// share with half floats: theirs is for steps of 1/65535.
+    /// The distribution that is mixed in, as moments 1 and on, and its share, so that rounding leaves
+    /// moments that some distribution has. The paper's, but for the share with half floats: of shares
+    /// that were tried it is the least with which two ways of rounding give nearly one picture.
     fn bias(self) -> (&'static [f32], f32) {
-        match (self.count, self.half) {
+        match (self.count, self.half()) {
             (4, false) => (&[0.0, 0.375, 0.0, 0.375], 5e-7),
-            (4, true) => (&[0.0, 0.375, 0.0, 0.375], 2e-3),
+            (4, true) => (&[0.0, 0.375, 0.0, 0.375], 1e-3),
             (6, false) => (&[0.0, 0.48, 0.0, 0.451, 0.0, 0.45], 5e-6),
-            (6, true) => (&[0.0, 0.48, 0.0, 0.451, 0.0, 0.45], 1e-2),
+            (6, true) => (&[0.0, 0.48, 0.0, 0.451, 0.0, 0.45], 5e-3),
             (_, false) => (&EIGHT, 5e-5),
-            (_, true) => (&EIGHT, 4e-2),
+            (_, true) => (&EIGHT, 2e-2),
         }
     }
 
+    fn half(self) -> bool {
+        self.sums == Sums::Halves
+    }
+
+    fn bounded(self) -> bool {
+        self.sums == Sums::Bounded
+    }
+
     /// Targets of the sums, and how many channels each has.
-    fn sums(self) -> Vec<(&'static str, usize)> {
+    fn targets(self) -> Vec<(&'static str, usize)> {
         let mut sums = vec![("absorbance", 1), ("moments_low", 4)];
         if self.count > 4 {
             sums.push(("moments_high", self.count - 4));
@@ -116,7 +166,7 @@ impl Moments {
     }
 
     fn format(self, channels: usize) -> Format {
-        match (channels, self.half) {
+        match (channels, self.half()) {
             (1, false) => Format::R32Float,
             (1, true) => Format::R16Float,
             (2, false) => Format::Rg32Float,
@@ -131,13 +181,13 @@ impl Moments {
             "const ROOTS = {};\nconst LAGUERRE = {LAGUERRE};\nconst OPAQUE = {OPAQUE:?};\n",
             self.count / 2
         );
-        constants + text
+        [constants.as_str(), if self.bounded() { BOUNDED } else { WINDOW }, text].concat()
     }
 
     fn add_wgsl(self) -> String {
         let (mut members, mut added) = (Vec::new(), Vec::new());
         let mut first = 0;
-        for (location, (name, channels)) in self.sums().into_iter().enumerate() {
+        for (location, (name, channels)) in self.targets().into_iter().enumerate() {
             let of = if channels == 1 { "f32".to_owned() } else { format!("vec{channels}<f32>") };
             members.push(format!("    @location({location}) {name}: {of},\n"));
             let listed: Vec<_> = (first..first + channels).map(|k| format!("b[{k}]")).collect();
@@ -171,7 +221,7 @@ impl Moments {
 
     /// A sum as its target keeps it.
     fn kept(self, sum: f32) -> f32 {
-        if self.half { half(sum) } else { sum }
+        if self.half() { half(sum) } else { sum }
     }
 }
 
@@ -188,24 +238,26 @@ fn half(value: f32) -> f32 {
 
 impl Method for Moments {
     fn name(&self) -> &'static str {
-        match (self.count, self.half) {
-            (4, false) => "moments4",
-            (4, true) => "moments4_16",
-            (6, false) => "moments6",
-            (6, true) => "moments6_16",
-            (_, false) => "moments8",
-            (_, true) => "moments8_16",
+        match (self.count, self.sums) {
+            (4, Sums::Floats) => "moments4",
+            (4, Sums::Halves) => "moments4_16",
+            (4, Sums::Bounded) => "moments4_bounded",
+            (6, Sums::Floats) => "moments6",
+            (6, Sums::Halves) => "moments6_16",
+            (6, Sums::Bounded) => "moments6_bounded",
+            (_, Sums::Floats) => "moments8",
+            (_, Sums::Halves) => "moments8_16",
+            (_, Sums::Bounded) => "moments8_bounded",
         }
     }
 
     fn summary(&self) -> &'static str {
-        match (self.count, self.half) {
-            (4, false) => "Transmittance from four power moments of the absorbance, drawn twice.",
-            (4, true) => "Transmittance from four power moments in half floats, drawn twice.",
-            (6, false) => "Transmittance from six power moments of the absorbance, drawn twice.",
-            (6, true) => "Transmittance from six power moments in half floats, drawn twice.",
-            (_, false) => "Transmittance from eight power moments of the absorbance, drawn twice.",
-            (_, true) => "Transmittance from eight power moments in half floats, drawn twice.",
+        match self.sums {
+            Sums::Floats => "Transmittance from power moments of the absorbance, drawn twice.",
+            Sums::Halves => "Transmittance from power moments in half floats, drawn twice.",
+            Sums::Bounded => {
+                "Transmittance from power moments of depth between each pixel's bounds, drawn thrice."
+            }
         }
     }
 
@@ -215,12 +267,16 @@ impl Method for Moments {
     }
 
     fn accuracy(&self, _: Option<u32>, _: &DepthHistogram) -> Accuracy {
-        let kept = if self.half { " in half floats" } else { "" };
+        let kept = match self.sums {
+            Sums::Floats => "",
+            Sums::Halves => " in half floats",
+            Sums::Bounded => " between each pixel's bounds",
+        };
         Accuracy::Approximate(format!("transmittance from {} moments{kept}", self.count))
     }
 
     fn build(&self, request: &MethodRequest) -> Result<Plan, String> {
-        let sums = self.sums();
+        let sums = self.targets();
         let seen = self.format(4);
         let mut targets: Vec<Target> = sums
             .iter()
@@ -228,29 +284,44 @@ impl Method for Moments {
             .collect();
         targets.push(target("seen", seen, request));
         targets.push(target(PICTURE, Format::Rgba32Float, request));
+        let mut passes = Vec::new();
+        if self.bounded() {
+            targets.push(target("bounds", Format::Rg32Float, request));
+            let ends = vec![into("bounds", -1.0, Some(Blend::Max))];
+            passes.push(scene(request, "capture", "capture: bounds".into(), BOUND, ends));
+        }
         let color: Vec<ColorAttachment> =
             sums.iter().map(|&(name, _)| into(name, 0.0, Some(Blend::Add))).collect();
+        passes.extend([
+            scene(request, "capture", "capture: moments".into(), &self.add_wgsl(), color),
+            scene(
+                request,
+                "blend",
+                "blend: what is seen".into(),
+                &self.weigh_wgsl(),
+                vec![into("seen", 0.0, Some(Blend::Add))],
+            ),
+            finish("resolve: scale to the transmittance".into(), FINISH),
+        ]);
         Ok(Plan {
             name: self.name().to_owned(),
             buffers: request.geometry.buffers(),
             targets,
-            passes: vec![
-                scene(request, "capture", "capture: moments".into(), &self.add_wgsl(), color),
-                scene(
-                    request,
-                    "blend",
-                    "blend: what is seen".into(),
-                    &self.weigh_wgsl(),
-                    vec![into("seen", 0.0, Some(Blend::Add))],
-                ),
-                finish("resolve: scale to the transmittance".into(), FINISH),
-            ],
+            passes,
         })
     }
 
     fn twin(&self, _: Option<u32>, submitted: &Lfb) -> Vec<[f32; 4]> {
         let (biases, bias) = self.bias();
         twin::pixels(submitted, |_, fragments, (): &mut ()| {
+            let depths = fragments.iter().map(|fragment| fragment.depth());
+            let near = depths.clone().fold(1.0, f32::min);
+            let length = depths.fold(-1.0, f32::max) - near;
+            let spread = |depth: f32| match self.bounded() {
+                false => 2.0 * depth - 1.0,
+                true if length <= 0.0 => 0.0,
+                true => 2.0 * ((depth - near) / length) - 1.0,
+            };
             let mut sums = [0.0f32; 9];
             let sums = &mut sums[..=self.count];
             for &fragment in fragments {
@@ -258,7 +329,7 @@ impl Method for Moments {
                 let mut power = if alpha < 1.0 { -(1.0 - alpha).ln() } else { OPAQUE };
                 for sum in sums.iter_mut() {
                     *sum = self.kept(*sum + self.kept(power));
-                    power *= 2.0 * fragment.depth() - 1.0;
+                    power *= spread(fragment.depth());
                 }
             }
             let all = sums[0];
@@ -272,7 +343,7 @@ impl Method for Moments {
             let mut seen = [0.0f32; 4];
             for &fragment in fragments {
                 let [r, g, b, a] = twin::rgba(fragment);
-                let before = hamburger::before(sums, 2.0 * fragment.depth() - 1.0);
+                let before = hamburger::before(sums, spread(fragment.depth()));
                 let weight = a * (-all * before).exp();
                 for (sum, own) in seen.iter_mut().zip([r, g, b, 1.0]) {
                     *sum = self.kept(*sum + self.kept(own * weight));

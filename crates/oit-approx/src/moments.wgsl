@@ -5,6 +5,9 @@
 const FAR = 1000.0;
 // The least a pivot may be: rounding can take it below zero.
 const PIVOT = 1e-8;
+// The most an entry below the diagonal may be. Those of depths from -1 to 1 are smaller: a power of
+// depth has these coefficients in polynomials whose recurrence has none above 1.
+const LOWER = 100.0;
 // The paper's share of what lies at the depth itself that counts as before it.
 const OVERESTIMATION = 0.25;
 
@@ -24,7 +27,7 @@ fn factorized(b: array<f32, 2 * ROOTS + 1>) -> Pivots {
                 sum -= p.lower[i][k] * p.lower[j][k] * p.diagonal[k];
             }
             if (j < i) {
-                p.lower[i][j] = sum / p.diagonal[j];
+                p.lower[i][j] = clamp(sum / p.diagonal[j], -LOWER, LOWER);
             } else {
                 p.diagonal[i] = max(sum, PIVOT);
             }
@@ -62,7 +65,7 @@ fn weight(p: ptr<function, Pivots>, z: f32) -> f32 {
 // The other points of the representation that has one at z: roots of a polynomial, all of them real.
 fn others(p: ptr<function, Pivots>, z: f32) -> array<f32, ROOTS> {
     var c = forward(p, z);
-    var largest = 0.0;
+    var largest = 1e-30;
     for (var i = ROOTS; i >= 0; i -= 1) {
         var sum = c[i] / (*p).diagonal[i];
         for (var k = i + 1; k <= ROOTS; k += 1) {

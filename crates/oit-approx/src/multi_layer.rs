@@ -93,7 +93,8 @@ fn merged(front: u64, back: u64) -> u64 {
     let (near, far) = (channels(front), channels(back));
     let shares = [near[3] * 255, (255 - near[3]) * far[3]];
     let all = shares[0] + shares[1];
-    let color = [0, 1, 2].map(|c| (near[c] * shares[0] + far[c] * shares[1] + all / 2) / all.max(1));
+    let color =
+        [0, 1, 2].map(|c| (near[c] * shares[0] + far[c] * shares[1] + all / 2) / all.max(1));
     let rgba = [color[0], color[1], color[2], (all + 127) / 255].map(|channel| channel as u8);
     (front & 0xFFFF_FFFF_0000_0000) | u64::from(u32::from_le_bytes(rgba))
 }

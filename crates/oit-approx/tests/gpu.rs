@@ -194,17 +194,15 @@ fn arrive_in_order(device: &dyn Device) -> bool {
 }
 
 /// By how much kernel and twin may differ in a channel. The moments of nearly one depth make matrices
-/// that are nearly singular, which magnify the rounding of the sums; half floats are 2^13 times as
-/// coarse as floats, and devices may round them either way.
+/// that are nearly singular, which magnify the rounding of sums and logarithms; half floats are 2^13
+/// times as coarse as floats, and devices may round them either way. llvmpipe is off by 7e-4 and 6e-3.
 fn tolerance(method: &dyn Method) -> f64 {
     match method.name() {
-        name if name.ends_with("_16") => MOMENTS_16,
-        name if name.starts_with("moments") => MOMENTS,
+        name if name.starts_with("moments") && name.contains("_16") => 3e-2,
+        name if name.starts_with("moments") => 5e-3,
         _ => 1e-4,
     }
 }
-const MOMENTS: f64 = 1e-3;
-const MOMENTS_16: f64 = 2e-2;
 
 fn largest_error<'a>(
     picture: &[[f32; 4]],
@@ -219,9 +217,9 @@ fn largest_error<'a>(
 
 #[test]
 fn kernels_and_twins_agree() {
-    for layers in [0, 1, 2, 12, 40] {
-        let view = View::new(&crossing(layers, layers as u64));
-        on_every_device("kernels and twins", |device| {
+    on_every_device("kernels and twins", |device| {
+        for layers in [0, 1, 2, 5, 12, 40] {
+            let view = View::new(&crossing(layers, layers as u64));
             let fragments = captured(device, &view);
             for method in METHODS {
                 let smallest = method.size().map(|size| *size.range.start());
@@ -237,12 +235,11 @@ fn kernels_and_twins_agree() {
                     let twin = method.twin(size, &fragments);
                     let twin: Vec<_> = twin.iter().map(|pixel| pixel.map(f64::from)).collect();
                     let error = largest_error(&picture, twin.iter(), 4);
-                    if std::env::var("SHOW").is_ok() { say(&format!("{what}, {layers} layers: off by {error}")); }
                     assert!(error <= tolerance(*method), "{what}, {layers} layers: off by {error}");
                 }
             }
-        });
-    }
+        }
+    });
 }
 
 /// Where the order of arrival is not known, the twin is asked for several.
@@ -314,21 +311,41 @@ fn more_of_what_they_have_a_number_of_is_nearer_to_the_oracle() {
     }
 }
 
+/// What a listed method's twin comes to, on average of some views of forty layers.
+fn twin_error(name: &str, view: impl Fn(u64) -> View) -> f64 {
+    let method = METHODS.iter().find(|method| method.name() == name).expect("listed");
+    let errors =
+        (0..6).map(view).map(|view| rmse(&method.twin(None, &view.fragments), &view.exact));
+    errors.sum::<f64>() / 6.0
+}
+
 #[test]
 fn more_moments_are_nearer_to_the_oracle() {
-    let views: Vec<_> = (0..8).map(|seed| View::new(&crossing(40, seed))).collect();
-    let error = |name: &str| -> f64 {
-        let method = METHODS.iter().find(|method| method.name() == name).expect("listed");
-        let errors = views.iter().map(|view| rmse(&method.twin(None, &view.fragments), &view.exact));
-        errors.sum::<f64>() / views.len() as f64
-    };
-    let [four, six, eight] = ["moments4", "moments6", "moments8"].map(error);
-    assert!(eight < six && six < four, "{four} {six} {eight}");
+    let error = |name: &str| twin_error(name, |seed| View::new(&crossing(40, seed)));
     let average = error("weighted");
-    for name in ["moments4_16", "moments6_16", "moments8_16"] {
-        if std::env::var("SHOW").is_ok() { say(&format!("{four} {six} {eight} {name} {} weighted {average}", error(name))); }
-        let halves = error(name);
-        assert!(halves < average, "{name}: {halves}, and {average} of weights");
+    for kind in ["", "_16", "_bounded"] {
+        let [four, six, eight] = [4, 6, 8].map(|count| error(&format!("moments{count}{kind}")));
+        assert!(eight < six && six < four, "{kind}: {four} {six} {eight}");
+        assert!(four < 0.7 * average, "{kind}: {four}, and {average} of weights");
+    }
+}
+
+#[test]
+fn bounds_help_where_depths_lie_close_together() {
+    let close = |seed| {
+        let mut mesh = crossing(40, seed);
+        for vertex in &mut mesh.vertices {
+            vertex.position[2] = vertex.position[2] * 0.015 - 0.98;
+        }
+        View::new(&mesh)
+    };
+    let wide = |seed| View::new(&crossing(40, seed));
+    for count in [4, 6, 8] {
+        let [plain, bounded] = ["", "_bounded"].map(|bounds| format!("moments{count}{bounds}"));
+        let [apart, together] = [twin_error(&bounded, wide), twin_error(&bounded, close)];
+        assert!((together / apart - 1.0).abs() < 0.02, "{bounded}: {apart}, {together}");
+        let without = twin_error(&plain, close);
+        assert!(without > 1.2 * together, "{plain}: {without}, {together} with bounds");
     }
 }
 
@@ -356,8 +373,14 @@ fn pictures_are_numbers_whatever_the_fragments() {
         ("alpha 0 and 1", layers(&[(0.7, opaque), (0.2, nothing), (0.5, red), (0.4, opaque)])),
         ("one depth", layers(&[(0.5, red); 20])),
         ("one depth, alpha 1", layers(&[(0.5, opaque); 20])),
-        ("opaque all through", layers(&(0..20).map(|i| (i as f32 / 19.0, opaque)).collect::<Vec<_>>())),
-        ("next to nothing", layers(&[(0.5, [255, 255, 255, 1]), (0.500_000_1, [255, 255, 255, 1])])),
+        (
+            "opaque all through",
+            layers(&(0..20).map(|i| (i as f32 / 19.0, opaque)).collect::<Vec<_>>()),
+        ),
+        (
+            "next to nothing",
+            layers(&[(0.5, [255, 255, 255, 1]), (0.500_000_1, [255, 255, 255, 1])]),
+        ),
     ];
     let numbers = |picture: &[[f32; 4]], what: &str| {
         for pixel in picture {
@@ -370,7 +393,9 @@ fn pictures_are_numbers_whatever_the_fragments() {
             let what = format!("{}: {name}", method.name());
             numbers(&method.twin(None, &view.fragments), &what);
         }
-        on_every_device("numbers", |device| {
+    }
+    on_every_device("numbers", |device| {
+        for (name, view) in &views {
             for method in METHODS {
                 let Some(picture) = draw(device, *method, view, None) else { continue };
                 let what = format!("{} on {}: {name}", method.name(), device.info().id);
@@ -381,8 +406,8 @@ fn pictures_are_numbers_whatever_the_fragments() {
                     assert!(error < 2.5e-3, "{what}: off by {error}");
                 }
             }
-        });
-    }
+        }
+    });
 }
 
 /// Words of a buffer that a method's last run left.
