@@ -136,7 +136,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 impl Moments {
     /// The distribution that is mixed in, as moments 1 and on, and its share, so that rounding leaves
     /// moments that some distribution has. The paper's, but for the share with half floats: of shares
-    /// that were tried it is the least with which two ways of rounding give nearly one picture.
+    /// that were tried it is the least with which llvmpipe and the twin give nearly one picture.
     fn bias(self) -> (&'static [f32], f32) {
         match (self.count, self.half()) {
             (4, false) => (&[0.0, 0.375, 0.0, 0.375], 5e-7),
