@@ -177,7 +177,9 @@ fn conforms(
         if strategy.limit_in(store).is_some_and(|limit| interval.high > limit) {
             continue;
         }
-        for ties in Ties::ALL {
+        // Of the other stores one rule is enough: they compare as the default one does.
+        let default = store == strategy.stores()[0];
+        for &ties in if default { &Ties::ALL[..] } else { &[Ties::Total] } {
             // Deep programs are slow to compile on software devices: one form of each is enough.
             let forms = if interval.high <= 32 { 2 } else { 1 };
             for form in 0..forms {
@@ -227,22 +229,21 @@ fn every_kernel_sorts_as_its_twin() {
     }
 }
 
-/// The most fragments that techniques hold; fewer where llvmpipe is given arrays filled with zeros,
-/// as wgpu gives them: filling thousands of places takes it minutes to compile.
-fn deepest_of_all(id: &str, device: &dyn Device) -> u32 {
-    let software = device.info().name.contains("llvmpipe");
-    if software && id.starts_with("wgpu") { 512 } else { 4096 }
-}
-
-/// The deepest pixels, by strategies whose loops are short enough even where they are cut off
-/// ([`deepest`]).
+/// The deepest pixels that techniques hold, by strategies whose loops are short enough even where
+/// they are cut off ([`deepest`]).
 #[test]
 fn pixels_of_4096_fragments_are_sorted() {
     let mut scratch = Scratch::default();
     for id in support::gpus() {
         let cache = support::cache();
         let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
-        let max_frags = deepest_of_all(&id, &*device);
+        if id.starts_with("wgpu") && device.info().name.contains("llvmpipe") {
+            println!(
+                "{id}: SKIPPED: wgpu fills arrays with zeros, thousands of stores for llvmpipe"
+            );
+            continue;
+        }
+        let max_frags = 4096;
         for name in ["rbs_hier", "rbs_heap"] {
             let strategy = strategy(name).expect("a strategy");
             let (min_frags, store) = (max_frags / 2 + 1, strategy.stores()[0]);
