@@ -1,13 +1,17 @@
 //! The records of one device, as evidence.
 
-use analysis::{CellResult, Ratio, State, Tables};
+use std::collections::BTreeMap;
+
+use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, Tables};
 use oit_record::Verdict;
 
-use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
-use crate::data::{Group, frames, groups, groups_with, view_of};
+use super::evidence::{
+    Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+};
+use crate::data::{Group, all_groups, frames, groups, groups_with, random_depth, view_of};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
 use crate::series::series;
-use crate::technique_names::{coordinates, find};
+use crate::technique_names::{coordinates, find, is_floor};
 
 /// The records of one device.
 pub(super) struct Measured<'a> {
@@ -42,6 +46,39 @@ impl<'a> Measured<'a> {
         let cell = cell.filter(|cell| !cell.times.is_empty());
         cell.ok_or_else(|| not_measured(technique, scene, view))
     }
+}
+
+/// The fastest sort of a group over what it is compared with, one a schedule.
+fn best_of(group: &Group, depth: u64, ask: &BestQuestion) -> Vec<Best> {
+    let mut schedules: BTreeMap<&str, Vec<&CellResult>> = BTreeMap::new();
+    for cell in group.cells.iter().copied() {
+        let technique = &cell.technique;
+        let asked = technique.capture == ask.capture
+            && technique.shader_stage == ask.shader_stage
+            && technique.max == "peak"
+            && technique.ties == "total"
+            && technique.whole_pool()
+            && technique.powers_of_two();
+        if asked && cell.median_ms(RESOLVE).is_some_and(|ms| ms > 0.0) {
+            schedules.entry(&technique.schedule).or_default().push(cell);
+        }
+    }
+    let is_over = |cell: &CellResult| ask.over.contains(&cell.technique.sort);
+    let competes = |cell: &CellResult| match ask.sorts {
+        [] => !is_over(cell) && !is_floor(&cell.technique.sort),
+        sorts => sorts.contains(&cell.technique.sort),
+    };
+    let least = |cells: &[&CellResult], which: &dyn Fn(&CellResult) -> bool| {
+        let times = cells.iter().filter(|cell| which(cell)).filter_map(|cell| {
+            Some((cell.median_ms(RESOLVE)?, cell.technique.sort.clone()))
+        });
+        times.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let best = |cells: Vec<&CellResult>| {
+        let ((own, sort), (over, _)) = (least(&cells, &competes)?, least(&cells, &is_over)?);
+        Some(Best { depth, sort, ratio: own / over })
+    };
+    schedules.into_values().filter_map(best).collect()
 }
 
 fn not_measured(technique: &str, scene: &str, view: &str) -> String {
@@ -143,6 +180,48 @@ impl Evidence for Measured<'_> {
             }
         }
         Ok(ratios)
+    }
+
+    fn programs(&self, technique: &str, view: &View) -> Result<Vec<Told>, String> {
+        let cell = self.cell(technique, view)?;
+        let told = cell.programs.iter().map(|program| {
+            let figures = ProgramFigures::of(program, &cell.technique.shader_stage);
+            let number = |figure: Option<u64>| figure.map(|figure| figure as f64);
+            let compile_ns = program.compile_ns.filter(|_| program.from_cache != Some(true));
+            Told {
+                high: program.high,
+                registers: number(figures.registers),
+                local_bytes: number(figures.local_bytes),
+                binary_bytes: number(figures.binary_bytes),
+                compile_ms: compile_ns.map(|ns| ns as f64 / 1e6),
+            }
+        });
+        Ok(told.collect())
+    }
+
+    fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String> {
+        let mut found: BTreeMap<u64, Vec<(bool, Best)>> = BTreeMap::new();
+        for group in all_groups(self.tables) {
+            let Some(depth) = random_depth(&group) else { continue };
+            if group.run.device() == self.device && ask.depths.contains(&depth) {
+                let full = group.run.run.profile == "full";
+                let own = found.entry(depth).or_default();
+                own.extend(best_of(&group, depth, ask).into_iter().map(|best| (full, best)));
+            }
+        }
+        let best = |depth: &u64| {
+            let mut all = found.remove(depth).unwrap_or_default();
+            // The quick profile speaks where there is no other.
+            let any_full = all.iter().any(|(full, _)| *full);
+            all.retain(|(full, _)| *full == any_full);
+            let all = all.into_iter().map(|(_, best)| best);
+            all.min_by(|a, b| a.ratio.total_cmp(&b.ratio)).ok_or_else(|| {
+                let BestQuestion { capture, shader_stage, .. } = ask;
+                let over = ask.over.join(" or ");
+                format!("{depth} random fragments, {capture}, {shader_stage}: no sort beside {over}")
+            })
+        };
+        ask.depths.iter().map(best).collect()
     }
 
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {

@@ -5,6 +5,7 @@ pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;
 pub(crate) mod probe;
+pub(crate) mod rbs;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
