@@ -69,9 +69,10 @@ fn best_of(group: &Group, depth: u64, ask: &BestQuestion) -> Vec<Best> {
         sorts => sorts.contains(&cell.technique.sort),
     };
     let least = |cells: &[&CellResult], which: &dyn Fn(&CellResult) -> bool| {
-        let times = cells.iter().filter(|cell| which(cell)).filter_map(|cell| {
-            Some((cell.median_ms(RESOLVE)?, cell.technique.sort.clone()))
-        });
+        let times = cells
+            .iter()
+            .filter(|cell| which(cell))
+            .filter_map(|cell| Some((cell.median_ms(RESOLVE)?, cell.technique.sort.clone())));
         times.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let best = |cells: Vec<&CellResult>| {
@@ -218,7 +219,9 @@ impl Evidence for Measured<'_> {
             all.min_by(|a, b| a.ratio.total_cmp(&b.ratio)).ok_or_else(|| {
                 let BestQuestion { capture, shader_stage, .. } = ask;
                 let over = ask.over.join(" or ");
-                format!("{depth} random fragments, {capture}, {shader_stage}: no sort beside {over}")
+                format!(
+                    "{depth} random fragments, {capture}, {shader_stage}: no sort beside {over}"
+                )
             })
         };
         ask.depths.iter().map(best).collect()

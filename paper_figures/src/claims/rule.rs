@@ -766,14 +766,19 @@ impl Rule {
                 let others = others.collect::<Result<Vec<_>, String>>()?;
                 let best = others.iter().max_by(|a, b| a.0.total_cmp(&b.0));
                 let (best, name) = best.ok_or_else(|| "nothing to compare with".to_owned())?;
-                (own / best, *bounds, format!("{own:.2}, the best of the others {best:.2} ({name})"))
+                (
+                    own / best,
+                    *bounds,
+                    format!("{own:.2}, the best of the others {best:.2} ({name})"),
+                )
             }
             Self::Rest { techniques, views, combine, bounds } => {
                 let (figures, detail) = each(views, evidence, |view| {
                     let rest = |technique: &String| {
                         Ok(time(technique, view, TOTAL)? - time(technique, view, RESOLVE)?)
                     };
-                    let rests = techniques.iter().map(rest).collect::<Result<Vec<f64>, String>>()?;
+                    let rests =
+                        techniques.iter().map(rest).collect::<Result<Vec<f64>, String>>()?;
                     let least = Combine::Least.of(&rests);
                     if least > 0.0 {
                         Ok(Combine::Greatest.of(&rests) / least)

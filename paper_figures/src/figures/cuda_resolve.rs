@@ -36,10 +36,9 @@ impl Figure for CudaResolve {
         let mut outputs = Vec::new();
         for (device, groups) in by_device(groups) {
             // Layers of one depth, and views of scenes.
-            for (what, title, layers) in [
-                ("layers", "pixels of one depth", true),
-                ("views", "views of scenes", false),
-            ] {
+            for (what, title, layers) in
+                [("layers", "pixels of one depth", true), ("views", "views of scenes", false)]
+            {
                 let groups = groups.iter().filter(|group| random_depth(group).is_some() == layers);
                 let mut groups: Vec<&Group> = groups.collect();
                 groups.sort_by_key(|group| random_depth(group));
@@ -73,12 +72,31 @@ fn output(
     groups: &[&Group],
 ) -> Result<Option<Output>, FigureError> {
     let columns = vec![
-        "scene", "view", "fragments", "capture", "sort", "ties", "cuda_ms", "compute_ms",
-        "cuda_over_compute", "low", "high", "verdict", "run",
+        "scene",
+        "view",
+        "fragments",
+        "capture",
+        "sort",
+        "ties",
+        "cuda_ms",
+        "compute_ms",
+        "cuda_over_compute",
+        "low",
+        "high",
+        "verdict",
+        "run",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
-    let columns =
-        ["view", "capture", "sort", "CUDA\nms", "WGSL\nms", "CUDA over\nWGSL", "95 % interval", "CUDA is"];
+    let columns = [
+        "view",
+        "capture",
+        "sort",
+        "CUDA\nms",
+        "WGSL\nms",
+        "CUDA over\nWGSL",
+        "95 % interval",
+        "CUDA is",
+    ];
     let mut table = Table { columns: columns.map(str::to_owned).to_vec(), ..Table::default() };
     let mut panels: BTreeMap<(String, usize), RatioPanel> = BTreeMap::new();
     let (mut stamps, mut conditions) = (BTreeSet::new(), BTreeSet::new());

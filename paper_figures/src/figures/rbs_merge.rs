@@ -28,10 +28,7 @@ const QUESTIONS: [(&str, &[(&str, &str)]); 3] = [
         "merging blocks of 32",
         &[("rbs", "linear search"), ("rbs_heap", "heap"), ("rbs_hier", "two levels")],
     ),
-    (
-        "fragments of a block",
-        &[("rbs8", "8"), ("rbs16", "16"), ("rbs", "32")],
-    ),
+    ("fragments of a block", &[("rbs8", "8"), ("rbs16", "16"), ("rbs", "32")]),
     (
         "sorting the blocks",
         &[
@@ -108,8 +105,19 @@ fn add<'a>(group: &Group<'a>, found: &mut Found<'a>) -> Result<(), FigureError> 
 
 fn output(device: &str, found: &Found) -> Output {
     let columns = vec![
-        "question", "family", "sort", "stands_for", "fragments", "blocks_of_32", "over_rbs", "low",
-        "high", "ms", "verdict", "technique", "scene",
+        "question",
+        "family",
+        "sort",
+        "stands_for",
+        "fragments",
+        "blocks_of_32",
+        "over_rbs",
+        "low",
+        "high",
+        "ms",
+        "verdict",
+        "technique",
+        "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
     let (mut tables, mut panels, mut stamps) = (Vec::new(), Vec::new(), BTreeSet::new());
@@ -122,7 +130,8 @@ fn output(device: &str, found: &Found) -> Output {
             };
             // A reference alone answers nothing.
             let answers = sorts.iter().filter(|(sort, _)| *sort != REFERENCE);
-            let depths: BTreeSet<u64> = answers.flat_map(|(sort, _)| of(sort).into_keys()).collect();
+            let depths: BTreeSet<u64> =
+                answers.flat_map(|(sort, _)| of(sort).into_keys()).collect();
             if depths.is_empty() {
                 continue;
             }
@@ -145,7 +154,8 @@ fn output(device: &str, found: &Found) -> Output {
                     sizes.insert([group.width_px, group.height_px]);
                     stamps.insert(Stamp::of(group.run));
                     if ratio.low > 0.0 {
-                        let (x, y) = ((*depth / BLOCK) as f64, [ratio.ratio, ratio.low, ratio.high]);
+                        let (x, y) =
+                            ((*depth / BLOCK) as f64, [ratio.ratio, ratio.low, ratio.high]);
                         line.push(LinePoint { x, y, hollow: false });
                     }
                     csv.rows.push(vec![

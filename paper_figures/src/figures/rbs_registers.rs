@@ -134,15 +134,28 @@ fn output(families: &Families) -> Option<Output> {
     let groups = || families.values().flat_map(BTreeMap::values).flat_map(BTreeMap::values);
     let (first, _) = groups().next()?;
     let columns = vec![
-        "family", "sort", "fragments", "registers", "local_bytes", "binary_bytes", "compile_ms",
-        "n", "median_ns", "low_ns", "high_ns", "ns_per_fragment", "technique", "scene",
+        "family",
+        "sort",
+        "fragments",
+        "registers",
+        "local_bytes",
+        "binary_bytes",
+        "compile_ms",
+        "n",
+        "median_ns",
+        "low_ns",
+        "high_ns",
+        "ns_per_fragment",
+        "technique",
+        "scene",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
     let (mut tables, mut panels) = (Vec::new(), Vec::new());
     let exactly = |value: Option<u64>| value.map(|value| [value as f64; 3]);
     let registers = |_: &Group, cell: &CellResult| exactly(figures(cell).registers);
     let local = |_: &Group, cell: &CellResult| exactly(figures(cell).local_bytes);
-    let code = |_: &Group, cell: &CellResult| exactly(figures(cell).binary_bytes.filter(|b| *b > 0));
+    let code =
+        |_: &Group, cell: &CellResult| exactly(figures(cell).binary_bytes.filter(|b| *b > 0));
     let compile =
         |_: &Group, cell: &CellResult| compile_ms(cell).filter(|ms| *ms > 0.0).map(|ms| [ms; 3]);
     let quantities: [(&str, &str, bool, Of); 5] = [
@@ -157,8 +170,14 @@ fn output(families: &Families) -> Option<Output> {
             panels.extend(panel(format!("{what}: {family}"), depths, (y_title, log, of)));
         }
         let columns = [
-            "sort", "is", "fragments", "resolve\nns a fragment", "registers", "local\nbytes",
-            "code\nbytes", "compiled in\nms",
+            "sort",
+            "is",
+            "fragments",
+            "resolve\nns a fragment",
+            "registers",
+            "local\nbytes",
+            "code\nbytes",
+            "compiled in\nms",
         ];
         let columns = columns.map(str::to_owned).to_vec();
         let mut table = Table { heading: family.clone(), columns, rows: Vec::new() };
@@ -172,7 +191,8 @@ fn output(families: &Families) -> Option<Output> {
                 let mut row = vec![sort.into(), is.into(), depth.to_string().into()];
                 row.push(ns.map_or("–".to_owned(), three_digits).into());
                 row.extend(
-                    [told.registers, told.local_bytes, told.binary_bytes].map(|f| or_dash(f).into()),
+                    [told.registers, told.local_bytes, told.binary_bytes]
+                        .map(|f| or_dash(f).into()),
                 );
                 row.push(compile_ms.map_or("–".to_owned(), three_digits).into());
                 table.rows.push(row);

@@ -109,8 +109,18 @@ fn drawn<'a>(depths: &BTreeMap<u64, BTreeMap<&'a str, Point<'a>>>) -> BTreeSet<&
 
 fn output(device: &str, families: &Families) -> Output {
     let columns = vec![
-        "family", "sort", "fragments", "over_passthrough", "low", "high", "ms", "width_px",
-        "height_px", "technique", "scene", "run",
+        "family",
+        "sort",
+        "fragments",
+        "over_passthrough",
+        "low",
+        "high",
+        "ms",
+        "width_px",
+        "height_px",
+        "technique",
+        "scene",
+        "run",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
     let (mut tables, mut panels, mut stamps) = (Vec::new(), Vec::new(), BTreeSet::new());
@@ -168,7 +178,11 @@ fn output(device: &str, families: &Families) -> Output {
             }
             table.rows.push(row);
             if names.contains(sort) && !line.is_empty() {
-                lines.push(Line { label: sort.to_owned(), colour: sort_colour(sort), points: line });
+                lines.push(Line {
+                    label: sort.to_owned(),
+                    colour: sort_colour(sort),
+                    points: line,
+                });
             }
         }
         tables.push(table);
@@ -178,7 +192,8 @@ fn output(device: &str, families: &Families) -> Output {
     stamps.extend(points().map(|point| Stamp::of(point.group.run)));
     Output {
         name: format!("sort-deep-{}", slug(device)),
-        title: "What sorting costs over reading and blending, against fragments per pixel".to_owned(),
+        title: "What sorting costs over reading and blending, against fragments per pixel"
+            .to_owned(),
         subtitle: format!("{device}; every covered pixel alike, random order of depth"),
         chart: Box::new(Lines(panels)),
         tables,

@@ -141,7 +141,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         writer.append(&Event::Verified { cell, result }).unwrap();
         let ns = made.ns as u64;
         for sample in 0..3 {
-            let stages_ns = BTreeMap::from([("resolve".to_owned(), ns), ("capture".to_owned(), 900)]);
+            let stages_ns =
+                BTreeMap::from([("resolve".to_owned(), ns), ("capture".to_owned(), 900)]);
             let (parts_ns, total_ns) = (BTreeMap::new(), ns + 1000);
             writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
