@@ -140,7 +140,8 @@ fn timing(cell: usize, sample: u32, technique: &str, histogram: &[u64]) -> Event
 /// The stem of a cell's pictures.
 pub(crate) fn images(folder: &Path, cell: &Cell) -> PathBuf {
     let Cell { technique, scene, view, width_px, height_px } = cell;
-    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}").replace('/', "_");
+    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
+    let name = name.replace(['/', '@', '+'], "_");
     folder.join("images").join(name)
 }
 

@@ -11,7 +11,7 @@ use super::{run_of, verification};
 const TECHNIQUES: [(&str, u64); 3] = [
     ("linked_list/base/insertion_merge64/fragment/max64/ties-depth", 10),
     ("linked_list/base/insertion_merge64/fragment/max128/ties-depth", 14),
-    ("linked_list/bma-stencil/insertion_merge64/fragment/max128/ties-depth", 7),
+    ("linked_list/bma-stencil/insertion@16+merge/fragment/max128/ties-depth", 7),
 ];
 
 /// `histogram[n]` pixels of each frame have `n` fragments. The third is too deep for an array of 64.
