@@ -8,7 +8,7 @@ mod rule;
 mod verdict;
 
 pub use crate::series::Varies;
-pub use rule::{Bounds, Combine, Finding, MemoryOf, Rule};
+pub use rule::{Bounds, Combine, Finding, MemoryOf, ProgramOf, Rule};
 pub use verdict::{Answer, Verdict, csv, markdown, printed, verdicts};
 
 use serde::Deserialize;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use analysis::{CellResult, RunInfo, Tables, path_frame, scene_name};
+use analysis::{CellResult, RunInfo, Tables, path_frame, scene_name, scene_parameters};
 
 /// The cells of one view of one scene at one resolution, all from one run on one device.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ pub(crate) fn slug(text: &str) -> String {
 ///
 /// Where several runs of a device hold the view, one of them speaks for it, since times of
 /// different runs are not put side by side: a `full` profile before another, then the one with the
-/// most wanted cells charted, then the larger picture, then the one started last.
+/// most wanted cells charted, then the most at all, then the larger picture, then the one started last.
 pub(crate) fn groups<'a>(
     tables: &'a Tables,
     wanted: impl Fn(&CellResult) -> bool,
@@ -97,13 +97,10 @@ pub(crate) fn frames<'a>(
     best(tables, wanted, |group| path_frame(group.view).is_some())
 }
 
-/// The groups that hold enough, one a device, scene and view.
-fn best<'a>(
-    tables: &'a Tables,
-    wanted: impl Fn(&CellResult) -> bool,
-    enough: impl Fn(&Group<'a>) -> bool,
-) -> Vec<Group<'a>> {
-    let mut found: BTreeMap<(usize, String), Group<'a>> = BTreeMap::new();
+/// Every group there is, of every run. Times of one are compared with each other only.
+#[must_use]
+pub(crate) fn all_groups(tables: &Tables) -> Vec<Group<'_>> {
+    let mut found: BTreeMap<(usize, String), Group> = BTreeMap::new();
     for cell in &tables.results {
         let group = found.entry((cell.run, cell.name.group())).or_insert_with(|| Group {
             run: &tables.runs[cell.run],
@@ -115,17 +112,28 @@ fn best<'a>(
         });
         group.cells.push(cell);
     }
+    found.into_values().collect()
+}
+
+/// The groups that hold enough, one a device, scene and view.
+fn best<'a>(
+    tables: &'a Tables,
+    wanted: impl Fn(&CellResult) -> bool,
+    enough: impl Fn(&Group<'a>) -> bool,
+) -> Vec<Group<'a>> {
     let charted = |group: &Group| {
         group.cells.iter().filter(|cell| !cell.times.is_empty() && wanted(cell)).count()
     };
     let mut best: BTreeMap<(String, &str, &str), Group<'a>> = BTreeMap::new();
-    for group in found.into_values() {
+    for group in all_groups(tables) {
         let rank = |group: &Group<'a>| {
             let area = u64::from(group.width_px) * u64::from(group.height_px);
             let run = &group.run.run;
             (
                 run.profile == "full",
                 charted(group),
+                // Among them those that were refused.
+                group.cells.iter().filter(|cell| wanted(cell)).count(),
                 area,
                 run.started.clone(),
                 group.run.name.clone(),
@@ -152,12 +160,36 @@ pub(crate) fn by_device(groups: Vec<Group<'_>>) -> BTreeMap<String, Vec<Group<'_
     devices
 }
 
-/// The group of a scene, by its name without parameters, and a view.
+/// The depth of the covered pixels, if it is the same in all, and how many there are.
+#[must_use]
+pub(crate) fn uniform_depth(group: &Group) -> Option<(u64, u64)> {
+    let histogram = group.run.histogram(&group.name())?;
+    let mut depths = (0_u64..).zip(histogram).skip(1).filter(|(_, pixels)| **pixels > 0);
+    let (depth, &covered_px) = depths.next()?;
+    depths.next().is_none().then_some((depth, covered_px))
+}
+
+/// The same where fragments come in random order of depth.
+#[must_use]
+pub(crate) fn random_depth(group: &Group) -> Option<u64> {
+    let parameters = scene_parameters(group.scene);
+    let random = parameters.get("order").is_some_and(|order| order.trim_matches('"') == "random");
+    uniform_depth(group).filter(|_| random).map(|(depth, _)| depth)
+}
+
+/// The group of a scene, by its name without parameters or with them, and a view.
 #[must_use]
 pub(crate) fn view_of<'a, 'b>(
     groups: &'b [Group<'a>],
     scene: &str,
     view: &str,
 ) -> Option<&'b Group<'a>> {
-    groups.iter().find(|group| scene_name(group.scene) == scene && group.view == view)
+    groups.iter().find(|group| is_view(group, scene, view))
+}
+
+/// Whether a group is of a scene, by its name without parameters or with them, and a view.
+#[must_use]
+pub(crate) fn is_view(group: &Group, scene: &str, view: &str) -> bool {
+    let is_scene = group.scene == scene || scene_name(group.scene) == scene;
+    is_scene && group.view == view
 }

@@ -14,6 +14,7 @@ mod bma_table_2;
 pub(crate) mod bma_views;
 mod compare;
 mod counts;
+mod cuda_resolve;
 mod flights;
 mod images;
 mod layout_views;
@@ -31,10 +32,13 @@ mod mechanism_registers;
 mod pareto;
 mod ratios;
 mod rbs_figure_5;
+mod rbs_merge;
+mod rbs_registers;
 mod rbs_table_1;
 mod rbs_table_2;
 mod rbs_table_3;
 pub(crate) mod rbs_views;
+mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
 
@@ -69,6 +73,9 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &rbs_merge::RbsMerge,
+    &rbs_registers::RbsRegisters,
+    &cuda_resolve::CudaResolve,
     &bma_table_1::BmaTable1,
     &bma_table_2::BmaTable2,
     &bma_figure_3::BmaFigure3,
@@ -82,6 +89,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
     &sort_depths::SortDepths,
+    &sort_deep::SortDeep,
     &sort_intervals::SortIntervals,
     &lfb_table_20_1::LfbTable20_1,
     &lfb_figure_20_9::LfbFigure20_9,

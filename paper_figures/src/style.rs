@@ -46,6 +46,19 @@ const SORTS: &[(&str, Colour)] = &[
     ("auto", Colour(0x44, 0xaa, 0x99)),
     ("passthrough", BLACK),
     ("unsorted", GREY),
+    // Beyond Okabe and Ito's colours: Paul Tol's muted scheme and shades of it, by kinds of sort.
+    ("network_u64", Colour(0x33, 0x22, 0x88)),
+    ("network_merge", Colour(0x11, 0x77, 0x33)),
+    ("network_merge32", Colour(0x99, 0x99, 0x33)),
+    ("rbs_heap", Colour(0x66, 0x99, 0xcc)),
+    ("rbs_hier", Colour(0x00, 0x44, 0x88)),
+    ("heap", Colour(0x99, 0x4f, 0x00)),
+    ("shell", Colour(0xcc, 0x66, 0x77)),
+    ("cooperative", Colour(0xaa, 0x44, 0x99)),
+    ("cooperative4", Colour(0xd4, 0xa6, 0xd0)),
+    ("cooperative8", Colour(0xbb, 0x66, 0xb4)),
+    ("cooperative16", Colour(0x8f, 0x2d, 0x86)),
+    ("cooperative32", Colour(0x5c, 0x1a, 0x56)),
 ];
 
 /// Layouts, by the captures that make them. There are more than Okabe and Ito have colours for: the

@@ -31,6 +31,13 @@ pub(super) trait Evidence {
     /// Two sorts compared on every view of a scene and in every family of techniques there is.
     fn sorts(&self, ask: &SortQuestion) -> Result<Vec<Ratio>, String>;
 
+    /// What is told of a technique's resolve programs on a view, one an interval.
+    fn programs(&self, technique: &str, view: &View) -> Result<Vec<Told>, String>;
+
+    /// The fastest of some sorts over the fastest of others, at each depth asked for, where each covered
+    /// pixel has the same number of fragments in random order.
+    fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String>;
+
     /// The times of techniques along a series: points that all of them have, three at least.
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String>;
 }
@@ -83,4 +90,44 @@ pub(super) struct SeriesPoint {
     pub(super) at: u64,
     /// Medians in milliseconds, in the order of the techniques asked for.
     pub(super) times_ms: Vec<f64>,
+}
+
+/// What is told of a program.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(super) struct Told {
+    /// The most fragments it holds.
+    pub(super) high: u32,
+    /// Registers of an invocation.
+    pub(super) registers: Option<f64>,
+    /// Local memory of an invocation, in bytes.
+    pub(super) local_bytes: Option<f64>,
+    /// Code, in bytes.
+    pub(super) binary_bytes: Option<f64>,
+    /// Milliseconds to compile it, where it was in no cache.
+    pub(super) compile_ms: Option<f64>,
+}
+
+/// Which sorts a rule asks to be compared with which.
+pub(super) struct BestQuestion<'a> {
+    /// The sorts of which the fastest counts; none for all exact ones that are not in `over`.
+    pub(super) sorts: &'a [String],
+    /// What they are compared with: the fastest of these.
+    pub(super) over: &'a [String],
+    /// The capture of both.
+    pub(super) capture: &'a str,
+    /// The shader stage of both.
+    pub(super) shader_stage: &'a str,
+    /// Fragments of each covered pixel.
+    pub(super) depths: &'a [u64],
+}
+
+/// The fastest sort at a depth.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Best {
+    /// Fragments of each covered pixel.
+    pub(super) depth: u64,
+    /// The sort.
+    pub(super) sort: String,
+    /// Its resolve time over that of what it is compared with, in the same run.
+    pub(super) ratio: f64,
 }

@@ -1,13 +1,17 @@
 //! The records of one device, as evidence.
 
-use analysis::{CellResult, Ratio, State, Tables};
+use std::collections::BTreeMap;
+
+use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, Tables};
 use oit_record::Verdict;
 
-use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
-use crate::data::{Group, frames, groups, groups_with, view_of};
+use super::evidence::{
+    Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+};
+use crate::data::{Group, all_groups, frames, groups, groups_with, is_view, random_depth};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
 use crate::series::series;
-use crate::technique_names::{coordinates, find};
+use crate::technique_names::{coordinates, find, is_floor};
 
 /// The records of one device.
 pub(super) struct Measured<'a> {
@@ -16,6 +20,8 @@ pub(super) struct Measured<'a> {
     /// The groups that speak for the techniques of the rule, all of them together, so that no two
     /// runs are put side by side.
     groups: Vec<Group<'a>>,
+    /// The coordinates of those techniques.
+    coordinates: Vec<String>,
 }
 
 impl<'a> Measured<'a> {
@@ -23,8 +29,9 @@ impl<'a> Measured<'a> {
     pub(super) fn new(tables: &'a Tables, device: &'a str, techniques: &[&str]) -> Self {
         let coordinates: Vec<String> =
             techniques.iter().flat_map(|technique| coordinates(technique)).collect();
-        let mut measured = Self { tables, device, groups: Vec::new() };
-        measured.groups = measured.groups(|cell| coordinates.contains(&cell.name.technique));
+        let mut measured = Self { tables, device, groups: Vec::new(), coordinates };
+        measured.groups =
+            measured.groups(|cell| measured.coordinates.contains(&cell.name.technique));
         measured
     }
 
@@ -36,12 +43,55 @@ impl<'a> Measured<'a> {
         groups
     }
 
-    fn cell(&self, technique: &str, (scene, view): &View) -> Result<&'a CellResult, String> {
-        let group = view_of(&self.groups, scene, view);
+    /// The group of a view. Of several, where the scene has other parameters in each, the first that
+    /// has most of the techniques.
+    fn group(&self, (scene, view): &View) -> Option<&Group<'a>> {
+        let asked = |cell: &&&CellResult| self.coordinates.contains(&cell.name.technique);
+        let of_view = self.groups.iter().rev().filter(|group| is_view(group, scene, view));
+        of_view.max_by_key(|group| group.cells.iter().filter(asked).count())
+    }
+
+    fn cell(&self, technique: &str, place: &View) -> Result<&'a CellResult, String> {
+        let (scene, view) = place;
+        let group = self.group(place);
         let cell = group.and_then(|group| find(&group.cells, technique));
         let cell = cell.filter(|cell| !cell.times.is_empty());
         cell.ok_or_else(|| not_measured(technique, scene, view))
     }
+}
+
+/// The fastest sort of a group over what it is compared with, one a schedule.
+fn best_of(group: &Group, depth: u64, ask: &BestQuestion) -> Vec<Best> {
+    let mut schedules: BTreeMap<&str, Vec<&CellResult>> = BTreeMap::new();
+    for cell in group.cells.iter().copied() {
+        let technique = &cell.technique;
+        let asked = technique.capture == ask.capture
+            && technique.shader_stage == ask.shader_stage
+            && technique.max == "peak"
+            && technique.ties == "total"
+            && technique.whole_pool()
+            && technique.powers_of_two();
+        if asked && cell.median_ms(RESOLVE).is_some_and(|ms| ms > 0.0) {
+            schedules.entry(&technique.schedule).or_default().push(cell);
+        }
+    }
+    let is_over = |cell: &CellResult| ask.over.contains(&cell.technique.sort);
+    let competes = |cell: &CellResult| match ask.sorts {
+        [] => !is_over(cell) && !is_floor(&cell.technique.sort),
+        sorts => sorts.contains(&cell.technique.sort),
+    };
+    let least = |cells: &[&CellResult], which: &dyn Fn(&CellResult) -> bool| {
+        let times = cells
+            .iter()
+            .filter(|cell| which(cell))
+            .filter_map(|cell| Some((cell.median_ms(RESOLVE)?, cell.technique.sort.clone())));
+        times.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let best = |cells: Vec<&CellResult>| {
+        let ((own, sort), (over, _)) = (least(&cells, &competes)?, least(&cells, &is_over)?);
+        Some(Best { depth, sort, ratio: own / over })
+    };
+    schedules.into_values().filter_map(best).collect()
 }
 
 fn not_measured(technique: &str, scene: &str, view: &str) -> String {
@@ -75,8 +125,9 @@ impl Evidence for Measured<'_> {
         Ok(100.0 * said.wrong_px as f64 / pixels)
     }
 
-    fn refused(&self, technique: &str, (scene, view): &View) -> Result<Option<String>, String> {
-        let group = view_of(&self.groups, scene, view);
+    fn refused(&self, technique: &str, place: &View) -> Result<Option<String>, String> {
+        let (scene, view) = place;
+        let group = self.group(place);
         let cell = group.and_then(|group| find(&group.cells, technique));
         match cell {
             Some(cell) if cell.state == State::Skipped => {
@@ -87,8 +138,9 @@ impl Evidence for Measured<'_> {
         }
     }
 
-    fn fragments(&self, (scene, view): &View) -> Result<u64, String> {
-        let group = view_of(&self.groups, scene, view);
+    fn fragments(&self, place: &View) -> Result<u64, String> {
+        let (scene, view) = place;
+        let group = self.group(place);
         let total = group.and_then(|group| group.run.total_fragments(&group.name()));
         total.ok_or_else(|| format!("no count of {scene}, {view}"))
     }
@@ -143,6 +195,50 @@ impl Evidence for Measured<'_> {
             }
         }
         Ok(ratios)
+    }
+
+    fn programs(&self, technique: &str, view: &View) -> Result<Vec<Told>, String> {
+        let cell = self.cell(technique, view)?;
+        let told = cell.programs.iter().map(|program| {
+            let figures = ProgramFigures::of(program, &cell.technique.shader_stage);
+            let number = |figure: Option<u64>| figure.map(|figure| figure as f64);
+            let compile_ns = program.compile_ns.filter(|_| program.from_cache != Some(true));
+            Told {
+                high: program.high,
+                registers: number(figures.registers),
+                local_bytes: number(figures.local_bytes),
+                binary_bytes: number(figures.binary_bytes),
+                compile_ms: compile_ns.map(|ns| ns as f64 / 1e6),
+            }
+        });
+        Ok(told.collect())
+    }
+
+    fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String> {
+        let mut found: BTreeMap<u64, Vec<(bool, Best)>> = BTreeMap::new();
+        for group in all_groups(self.tables) {
+            let Some(depth) = random_depth(&group) else { continue };
+            if group.run.device() == self.device && ask.depths.contains(&depth) {
+                let full = group.run.run.profile == "full";
+                let own = found.entry(depth).or_default();
+                own.extend(best_of(&group, depth, ask).into_iter().map(|best| (full, best)));
+            }
+        }
+        let best = |depth: &u64| {
+            let mut all = found.remove(depth).unwrap_or_default();
+            // The quick profile speaks where there is no other.
+            let any_full = all.iter().any(|(full, _)| *full);
+            all.retain(|(full, _)| *full == any_full);
+            let all = all.into_iter().map(|(_, best)| best);
+            all.min_by(|a, b| a.ratio.total_cmp(&b.ratio)).ok_or_else(|| {
+                let BestQuestion { capture, shader_stage, .. } = ask;
+                let over = ask.over.join(" or ");
+                format!(
+                    "{depth} random fragments, {capture}, {shader_stage}: no sort beside {over}"
+                )
+            })
+        };
+        ask.depths.iter().map(best).collect()
     }
 
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {

@@ -3,7 +3,9 @@
 
 use analysis::{RESOLVE, Ratio, TOTAL};
 
-use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
+use super::evidence::{
+    Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+};
 use crate::FigureError;
 use crate::figures::{bma_views, lfb_views, rbs_views};
 use crate::published::{self, Published};
@@ -108,6 +110,14 @@ impl Evidence for Paper {
 
     fn sorts(&self, _: &SortQuestion) -> Result<Vec<Ratio>, String> {
         Err("no samples are published".to_owned())
+    }
+
+    fn programs(&self, _: &str, _: &View) -> Result<Vec<Told>, String> {
+        Err("nothing is published of programs".to_owned())
+    }
+
+    fn best(&self, _: &BestQuestion) -> Result<Vec<Best>, String> {
+        Err("no time at one depth is published".to_owned())
     }
 
     fn series(&self, _: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {

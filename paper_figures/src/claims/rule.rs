@@ -1,11 +1,13 @@
 //! The kinds of rule, and what each computes. All use medians; only [`Rule::NeverSlower`] rests on
 //! intervals, because it asks whether one is slower.
 
-use analysis::TOTAL;
+use analysis::{RESOLVE, TOTAL};
 use oit_record::statistics::Comparison;
 use serde::Deserialize;
 
-use super::evidence::{Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, View};
+use super::evidence::{
+    BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+};
 use crate::series::{Fit, Varies, passes};
 
 /// How the figures of several views become one.
@@ -41,7 +43,21 @@ pub enum MemoryOf {
     BufferAt16,
 }
 
-/// What must be measured. A view is a scene's name without parameters and a view's name, or `*`
+/// Which figure of a program is compared.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProgramOf {
+    /// Registers of an invocation.
+    Registers,
+    /// Local memory of an invocation, in bytes.
+    LocalBytes,
+    /// Code, in bytes.
+    BinaryBytes,
+    /// Milliseconds to compile it, not from a cache.
+    CompileMs,
+}
+
+/// What must be measured. A view is a scene's name, without parameters or with them, and a view's name, or `*`
 /// for every view recorded, or `path@*` for every frame recorded of a camera path.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -289,6 +305,75 @@ pub enum Rule {
         /// The view.
         view: View,
     },
+    /// The combined speed-up of a technique over that of the best of others, each against the same
+    /// baseline: where a technique stands in a table of average or best speed-ups.
+    Standing {
+        /// The technique.
+        technique: String,
+        /// The others.
+        among: Vec<String>,
+        /// What speed-ups are measured against.
+        baseline: String,
+        /// The stage.
+        stage: String,
+        /// The views.
+        views: Vec<View>,
+        /// How the speed-ups of views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The time that is no resolve and no grouping, which is that of the capture: of the technique
+    /// that takes most over that of the one that takes least.
+    Rest {
+        /// The techniques.
+        techniques: Vec<String>,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The greatest figure of a technique's resolve programs, or that over another technique's.
+    Programs {
+        /// The technique.
+        technique: String,
+        /// The other, if it is compared with one.
+        over: Option<String>,
+        /// Which figure.
+        of: ProgramOf,
+        /// Only programs that hold up to so many fragments.
+        up_to: Option<u32>,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The resolve time of the fastest of some sorts over that of the fastest of others, all else
+    /// equal and in one run, where each covered pixel has the same number of fragments in random
+    /// order of depth. The greatest of the depths.
+    BestSort {
+        /// The sorts; all exact ones that are not in `over` where none is named.
+        #[serde(default)]
+        sorts: Vec<String>,
+        /// What they are compared with.
+        over: Vec<String>,
+        /// The capture of both.
+        capture: String,
+        /// The shader stage of both.
+        shader_stage: String,
+        /// Fragments of each covered pixel. All must have been measured.
+        depths: Vec<u64>,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
     /// One sort is slower than another, all else equal, on no view of some scenes whose peak depth
     /// is within a range.
     NeverSlower {
@@ -328,6 +413,33 @@ impl MemoryOf {
             Self::BufferAt16 => memory.lfb_bytes_at_16,
         };
         bytes.filter(|&bytes| bytes > 0)
+    }
+}
+
+impl ProgramOf {
+    fn told(self, program: &Told) -> Option<f64> {
+        match self {
+            Self::Registers => program.registers,
+            Self::LocalBytes => program.local_bytes,
+            Self::BinaryBytes => program.binary_bytes,
+            Self::CompileMs => program.compile_ms,
+        }
+    }
+
+    /// The greatest of a technique's programs for up to so many fragments. All of them must be told of.
+    fn greatest(
+        self,
+        (technique, up_to): (&str, Option<u32>),
+        view: &View,
+        evidence: &dyn Evidence,
+    ) -> Result<f64, String> {
+        let programs = evidence.programs(technique, view)?;
+        let meant = programs.iter().filter(|one| up_to.is_none_or(|most| one.high <= most));
+        let figures = meant.map(|program| self.told(program)).collect::<Option<Vec<f64>>>();
+        let figures = figures.filter(|figures| !figures.is_empty());
+        let figures =
+            figures.ok_or_else(|| format!("nothing is told of the programs of {technique}"))?;
+        Ok(Combine::Greatest.of(&figures))
     }
 }
 
@@ -465,10 +577,16 @@ impl Rule {
                 vec![technique]
             }
             Self::Repaid { technique, over, .. } => vec![technique, over],
+            Self::Standing { technique, among, baseline, .. } => {
+                among.iter().chain([technique, baseline]).collect()
+            }
+            Self::Rest { techniques, .. } => techniques.iter().collect(),
+            Self::Programs { technique, over, .. } => over.iter().chain([technique]).collect(),
             Self::Refused { technique, beside, .. } => vec![technique, beside],
             // These find their cells themselves.
             Self::NeverSlower { .. }
             | Self::SortRatio { .. }
+            | Self::BestSort { .. }
             | Self::Linear { .. }
             | Self::SeriesSpeedup { .. }
             | Self::Dominant { .. } => Vec::new(),
@@ -635,6 +753,60 @@ impl Rule {
                 let holds = reason.is_some();
                 let detail = reason.unwrap_or_else(|| "it runs".to_owned());
                 return Ok(Finding { figure: f64::from(u8::from(holds)), holds, detail });
+            }
+            Self::Standing { technique, among, baseline, stage, views, combine, bounds } => {
+                let speedup = |technique: &str| -> Result<f64, String> {
+                    let (figures, _) = each(views, evidence, |view| {
+                        Ok(time(baseline, view, stage)? / time(technique, view, stage)?)
+                    })?;
+                    Ok(combine.of(&figures))
+                };
+                let own = speedup(technique)?;
+                let others = among.iter().map(|other| Ok((speedup(other)?, other)));
+                let others = others.collect::<Result<Vec<_>, String>>()?;
+                let best = others.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+                let (best, name) = best.ok_or_else(|| "nothing to compare with".to_owned())?;
+                (
+                    own / best,
+                    *bounds,
+                    format!("{own:.2}, the best of the others {best:.2} ({name})"),
+                )
+            }
+            Self::Rest { techniques, views, combine, bounds } => {
+                let (figures, detail) = each(views, evidence, |view| {
+                    let rest = |technique: &String| {
+                        Ok(time(technique, view, TOTAL)? - time(technique, view, RESOLVE)?)
+                    };
+                    let rests =
+                        techniques.iter().map(rest).collect::<Result<Vec<f64>, String>>()?;
+                    let least = Combine::Least.of(&rests);
+                    if least > 0.0 {
+                        Ok(Combine::Greatest.of(&rests) / least)
+                    } else {
+                        Err("no time but that of the resolve".to_owned())
+                    }
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Programs { technique, over, of, up_to, views, combine, bounds } => {
+                let (figures, detail) = each(views, evidence, |view| {
+                    let own = of.greatest((technique, *up_to), view, evidence)?;
+                    let Some(over) = over else { return Ok(own) };
+                    match of.greatest((over, *up_to), view, evidence)? {
+                        below if below > 0.0 => Ok(own / below),
+                        _ => Err(format!("{over} takes none")),
+                    }
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::BestSort { sorts, over, capture, shader_stage, depths, bounds } => {
+                let best =
+                    evidence.best(&BestQuestion { sorts, over, capture, shader_stage, depths })?;
+                let figures: Vec<f64> = best.iter().map(|best| best.ratio).collect();
+                let parts = best.iter();
+                let parts = parts.map(|one| format!("{} {} {:.2}", one.depth, one.sort, one.ratio));
+                let detail = parts.collect::<Vec<String>>().join(", ");
+                (Combine::Greatest.of(&figures), *bounds, detail)
             }
             Self::NeverSlower { sort, than, shader_stage, scenes, from_depth, to_depth } => {
                 let depths = *from_depth..=*to_depth;

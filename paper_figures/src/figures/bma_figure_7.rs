@@ -38,10 +38,10 @@ const fn drawn(
 /// The paper's techniques in its stage, and those of today in compute. Each is compared with the
 /// last of its stage.
 const DRAWN: [Drawn; 5] = [
-    drawn("linked_list/base/insertion_merge/fragment/max64", "OIT, array of 64", "fragment", 4),
-    drawn("linked_list/base/insertion_merge/fragment/max128", "OIT, array of 128", "fragment", 1),
+    drawn("linked_list/base/insertion_merge64/fragment/max64", "OIT, array of 64", "fragment", 4),
+    drawn("linked_list/base/insertion_merge64/fragment/max128", "OIT, array of 128", "fragment", 1),
     drawn(
-        "linked_list/bma-stencil/insertion_merge/fragment/max128",
+        "linked_list/bma-stencil/insertion@16+merge/fragment/max128",
         "BMA-OIT, up to 128",
         "fragment",
         0,
@@ -73,8 +73,8 @@ impl Figure for BmaFigure7 {
     }
 
     fn needs(&self) -> &'static str {
-        "three frames or more of a camera path, linked_list with max64 and max128: base and \
-         bma-stencil with insertion_merge in the fragment stage, or base and bma-list with \
+        "three frames or more of a camera path, linked_list with max64 and max128: base with \
+         insertion_merge64 and bma-stencil with insertion@16+merge in the fragment stage, or base and bma-list with \
          network+rbs in compute"
     }
 

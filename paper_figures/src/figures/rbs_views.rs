@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use analysis::{CellResult, RESOLVE, TOTAL, Tables, scene_name};
 use oit_record::Verdict;
 
-use crate::data::{self, Group, by_device, groups, view_of};
+use crate::data::{self, Group, by_device, groups_with, view_of};
 use crate::output::Stamp;
 use crate::technique_names::{ALIASES, find};
 
@@ -53,10 +53,15 @@ fn wanted(cell: &CellResult) -> bool {
         && technique.powers_of_two()
 }
 
+/// Whether a run has a technique of the paper on a view: others do not speak for it.
+fn is_of_the_paper(group: &Group) -> bool {
+    ALIASES.iter().any(|(alias, _)| find(&group.cells, alias).is_some())
+}
+
 /// Every device that has one of the views.
 pub(super) fn devices(tables: &Tables) -> Vec<Device<'_>> {
     let mut devices = Vec::new();
-    for (name, groups) in by_device(groups(tables, wanted)) {
+    for (name, groups) in by_device(groups_with(tables, wanted, is_of_the_paper)) {
         let views: BTreeMap<&str, Group> = VIEWS
             .iter()
             .filter_map(|&(paper, scene, view)| {

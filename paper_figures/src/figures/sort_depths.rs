@@ -10,7 +10,7 @@ use super::ratios::{self, families};
 use crate::FigureError;
 use crate::axis::three_digits;
 use crate::chart::{Line, LinePanel, LinePoint, Lines, Scale};
-use crate::data::{Group, groups, slug};
+use crate::data::{Group, groups, slug, uniform_depth};
 use crate::output::{Csv, Output, Stamp, Table, fullest};
 use crate::style::sort_colour;
 
@@ -52,14 +52,6 @@ impl Figure for SortDepths {
         });
         Ok(fullest(drawn))
     }
-}
-
-/// The depth of the covered pixels, if it is the same in all, and how many there are.
-fn uniform_depth(group: &Group) -> Option<(u64, u64)> {
-    let histogram = group.run.histogram(&group.name())?;
-    let mut depths = (0_u64..).zip(histogram).skip(1).filter(|(_, pixels)| **pixels > 0);
-    let (depth, &covered_px) = depths.next()?;
-    depths.next().is_none().then_some((depth, covered_px))
 }
 
 fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Output> {

@@ -16,29 +16,31 @@ const VIEWS: [(&str, u32, [u32; 2]); 3] =
 const SAMPLES: u32 = 5;
 
 /// What a fragment costs by its sort, in ns a pixel of eight.
-const SORTS: [(&str, f64); 4] =
-    [("insertion", 8.0), ("insertion_merge", 6.0), ("merge", 10.0), ("rbs", 4.0)];
+const SORTS: [(&str, f64); 5] =
+    [("insertion", 8.0), (OIT_SORT, 6.0), (BMA_OIT_SORT, 6.0), ("merge", 10.0), ("rbs", 4.0)];
+
+/// The sorts of OIT and of BMA-OIT.
+const OIT_SORT: &str = "insertion_merge64";
+const BMA_OIT_SORT: &str = "insertion@16+merge";
 
 fn techniques(sizes: [u32; 2]) -> Vec<String> {
     let mut all = Vec::new();
     for stage in ["fragment", "compute"] {
         let bma = if stage == "fragment" { "bma-stencil" } else { "bma-list" };
         for max in sizes.map(|size| format!("max{size}")) {
-            for schedule in ["base", bma] {
-                all.push(format!(
-                    "linked_list/{schedule}/insertion_merge/{stage}/{max}/ties-depth"
-                ));
+            for (schedule, sort) in [("base", OIT_SORT), (bma, BMA_OIT_SORT)] {
+                all.push(format!("linked_list/{schedule}/{sort}/{stage}/{max}/ties-depth"));
             }
         }
-        for schedule in ["base-intervals", bma] {
-            all.push(format!("linked_list/{schedule}/insertion_merge/{stage}/peak/ties-depth"));
+        for (schedule, sort) in [("base-intervals", OIT_SORT), (bma, BMA_OIT_SORT)] {
+            all.push(format!("linked_list/{schedule}/{sort}/{stage}/peak/ties-depth"));
         }
-        for (sort, _) in SORTS.into_iter().filter(|(sort, _)| *sort != "insertion_merge") {
+        for sort in ["insertion", "merge", "rbs"] {
             all.push(format!("linked_list/{bma}/{sort}/{stage}/peak/ties-depth"));
         }
     }
     for max in ["max8", "max32", "peak"] {
-        all.push(format!("linked_list/bma-list/insertion_merge/compute/{max}"));
+        all.push(format!("linked_list/bma-list/{BMA_OIT_SORT}/compute/{max}"));
     }
     all.push(STENCIL_COUNT.to_owned());
     all
@@ -138,7 +140,8 @@ fn timing(cell: usize, sample: u32, technique: &str, histogram: &[u64]) -> Event
 /// The stem of a cell's pictures.
 pub(crate) fn images(folder: &Path, cell: &Cell) -> PathBuf {
     let Cell { technique, scene, view, width_px, height_px } = cell;
-    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}").replace('/', "_");
+    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
+    let name = name.replace(['/', '@', '+'], "_");
     folder.join("images").join(name)
 }
 

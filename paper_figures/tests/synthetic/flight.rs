@@ -9,9 +9,9 @@ use super::{run_of, verification};
 
 /// Techniques, each with the milliseconds of its resolve on the first frame.
 const TECHNIQUES: [(&str, u64); 3] = [
-    ("linked_list/base/insertion_merge/fragment/max64/ties-depth", 10),
-    ("linked_list/base/insertion_merge/fragment/max128/ties-depth", 14),
-    ("linked_list/bma-stencil/insertion_merge/fragment/max128/ties-depth", 7),
+    ("linked_list/base/insertion_merge64/fragment/max64/ties-depth", 10),
+    ("linked_list/base/insertion_merge64/fragment/max128/ties-depth", 14),
+    ("linked_list/bma-stencil/insertion@16+merge/fragment/max128/ties-depth", 7),
 ];
 
 /// `histogram[n]` pixels of each frame have `n` fragments. The third is too deep for an array of 64.
@@ -53,7 +53,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         for sample in 0..3 {
             let stages_ns = BTreeMap::from([("resolve".to_owned(), resolve)]);
             let total_ns = 2 * resolve;
-            writer.append(&Event::Sample { cell: index, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            let event = Event::Sample { cell: index, sample, stages_ns, parts_ns, total_ns };
+            writer.append(&event).unwrap();
         }
     }
 }

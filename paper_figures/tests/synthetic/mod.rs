@@ -5,6 +5,7 @@ pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;
 pub(crate) mod probe;
+pub(crate) mod rbs;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,15 @@ pub(crate) const VIEWS: &[(&str, &str, u32)] = &[
     ("grid{layers=24}", "front", 24),
     ("grid{layers=64}", "front", 64),
     ("dragon", "front", 12),
+];
+
+/// The views of Table 2 of the register-based block sort paper that are not among [`VIEWS`].
+pub(crate) const RBS_VIEWS: &[(&str, &str, u32)] = &[
+    ("powerplant", "rbs-v1", 424),
+    ("powerplant", "rbs-v2", 250),
+    ("powerplant", "rbs-v3", 118),
+    ("atrium", "rbs-v1", 45),
+    ("atrium", "rbs-v2", 27),
 ];
 
 /// The technique that gets its picture wrong, in an impossibly short time.
@@ -172,11 +182,27 @@ fn run_of(device: &str, cells: Vec<Cell>) -> Run {
 
 /// Writes a run folder of a device named so.
 pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
-    let folder = root.join(folder);
-    let cells: Vec<(Cell, u32)> = VIEWS
+    write_views(&root.join(folder), device, VIEWS, &techniques())
+}
+
+/// Writes a run of the paper's own techniques on the rest of its views.
+pub(crate) fn write_rbs_views(folder: &Path, device: &str) -> PathBuf {
+    let mut techniques = techniques();
+    techniques.retain(|technique| technique.ends_with("/ties-depth") && technique != OPTIMAL);
+    write_views(folder, device, RBS_VIEWS, &techniques)
+}
+
+fn write_views(
+    folder: &Path,
+    device: &str,
+    views: &[(&str, &str, u32)],
+    techniques: &[String],
+) -> PathBuf {
+    let folder = folder.to_owned();
+    let cells: Vec<(Cell, u32)> = views
         .iter()
         .flat_map(|&(scene, view, peak)| {
-            techniques().into_iter().map(move |technique| {
+            techniques.iter().cloned().map(move |technique| {
                 let (scene, view) = (scene.to_owned(), view.to_owned());
                 let (width_px, height_px) = (WIDTH_PX, HEIGHT_PX);
                 (Cell { technique, scene, view, width_px, height_px }, peak)
@@ -185,7 +211,7 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str) -> PathBuf {
         .collect();
     let run = run_of(device, cells.iter().map(|(cell, _)| cell.clone()).collect());
     let mut writer = RunWriter::create(&folder, &run).unwrap();
-    for &(scene, view, peak) in VIEWS {
+    for &(scene, view, peak) in views {
         let group = format!("{scene}:{view}@{WIDTH_PX}x{HEIGHT_PX}");
         let histogram = histogram(scene, peak);
         writer.append(&Event::Counted { group, triangles: 100, histogram }).unwrap();

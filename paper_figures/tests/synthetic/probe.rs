@@ -42,6 +42,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             max_alpha_error: 0.0,
             fragments_missing: 0,
             fragments_extra: 0,
+            fragments_compared: true,
             tied_px: 0,
             max_frags: *size,
             pool_initial: 0,
@@ -51,6 +52,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             lfb_bytes: None,
             peak_bytes: None,
             repeat_differs_px: Some(0),
+            tuned: None,
+            predicted_ns: None,
             prepare_ms: 1.0,
         };
         writer.append(&Event::Verified { cell, result }).unwrap();
@@ -59,7 +62,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         for sample in 0..5 {
             let total_ns = ns + u64::from(sample);
             let stages_ns = BTreeMap::from([("probe".to_owned(), total_ns)]);
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use analysis::Ratio;
 
 use super::*;
+use crate::claims::evidence::Best;
 
 /// Numbers by technique and scene, made up.
 #[derive(Default)]
@@ -15,6 +16,8 @@ struct Made {
     ratios: Vec<f64>,
     wrong: BTreeMap<&'static str, f64>,
     refused: BTreeMap<&'static str, Option<&'static str>>,
+    programs: BTreeMap<&'static str, Vec<Told>>,
+    best: BTreeMap<u64, f64>,
     /// Along the one series: place, and times by technique.
     series: Vec<(u64, Vec<(&'static str, f64)>)>,
 }
@@ -52,6 +55,18 @@ impl Evidence for Made {
         let ratio =
             |&ratio: &f64| Ratio { ratio, low: ratio, high: ratio, verdict: Comparison::Same };
         Ok(self.ratios.iter().map(ratio).collect())
+    }
+
+    fn programs(&self, technique: &str, _: &View) -> Result<Vec<Told>, String> {
+        self.programs.get(technique).cloned().ok_or_else(|| format!("no {technique}"))
+    }
+
+    fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String> {
+        let best = |&depth: &u64| {
+            let ratio = *self.best.get(&depth).ok_or_else(|| format!("no {depth}"))?;
+            Ok(Best { depth, sort: "any".to_owned(), ratio })
+        };
+        ask.depths.iter().map(best).collect()
     }
 
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {
@@ -294,4 +309,61 @@ fn a_limit_is_a_refusal_where_another_runs() {
     assert_eq!(answer(rule, &made(None, None)), (false, 0.0));
     assert!(finding(rule, &made(Some("no"), Some("no"))).unwrap_err().contains("as well"));
     assert!(finding(rule, &Made::default()).is_err());
+}
+
+#[test]
+fn a_technique_stands_among_others() {
+    let times = [(("a", "s"), 2.0), (("b", "s"), 4.0), (("base", "s"), 8.0)];
+    let made = Made { times: times.into(), ..Made::default() };
+    let rule = |own: &str, other: &str| {
+        format!(
+            "kind = \"standing\", technique = \"{own}\", among = [\"{other}\"], baseline = \"base\", \
+             stage = \"total\", views = [[\"s\", \"v\"]], combine = \"mean\", above = 1.0"
+        )
+    };
+    assert_eq!(answer(&rule("a", "b"), &made), (true, 2.0));
+    assert_eq!(answer(&rule("b", "a"), &made), (false, 0.5));
+    assert!(finding(&rule("a", "c"), &made).is_err());
+}
+
+#[test]
+fn programs_are_compared_by_what_is_told_of_them() {
+    let told = |high, local: Option<f64>| Told { high, local_bytes: local, ..Told::default() };
+    let programs = BTreeMap::from([
+        ("registers", vec![told(16, Some(0.0)), told(64, Some(512.0))]),
+        ("array", vec![told(16, Some(128.0)), told(64, Some(256.0))]),
+        ("silent", vec![told(16, None)]),
+    ]);
+    let made = Made { programs, ..Made::default() };
+    let rule = |technique: &str, more: &str| {
+        format!(
+            "kind = \"programs\", technique = \"{technique}\", of = \"local_bytes\", \
+             views = [[\"s\", \"v\"]], combine = \"greatest\", at_most = 1.0, {more}"
+        )
+    };
+    assert_eq!(answer(&rule("registers", "up_to = 32"), &made), (true, 0.0));
+    assert_eq!(answer(&rule("registers", "over = \"array\""), &made), (false, 2.0));
+    assert_eq!(answer(&rule("array", "over = \"registers\""), &made), (true, 0.5));
+    for (technique, more) in [
+        ("silent", "up_to = 32"),
+        ("registers", "up_to = 8"),
+        ("array", "over = \"registers\", up_to = 16"),
+        ("none", "up_to = 32"),
+    ] {
+        assert!(finding(&rule(technique, more), &made).is_err(), "{technique} {more}");
+    }
+}
+
+#[test]
+fn the_worst_depth_of_the_best_sort_decides() {
+    let made = Made { best: [(8, 0.5), (64, 1.5)].into(), ..Made::default() };
+    let rule = |depths: &str| {
+        format!(
+            "kind = \"best_sort\", over = [\"passthrough\"], capture = \"linearized\", \
+             shader_stage = \"compute\", depths = {depths}, at_most = 1.25"
+        )
+    };
+    assert_eq!(answer(&rule("[8]"), &made), (true, 0.5));
+    assert_eq!(answer(&rule("[8, 64]"), &made), (false, 1.5));
+    assert!(finding(&rule("[8, 16]"), &made).is_err());
 }
