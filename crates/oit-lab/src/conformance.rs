@@ -99,10 +99,9 @@ pub fn emitted(
         height_px: 1,
     };
     let plan_name = format!("{} {spec:?}", strategy.name());
-    let wgsl = program.wgsl().map_err(|error| GpuError::Plan {
-        plan: plan_name.clone(),
-        what: error.to_string(),
-    })?;
+    let wgsl = program
+        .wgsl()
+        .map_err(|error| GpuError::Plan { plan: plan_name.clone(), what: error.to_string() })?;
     let shader = Shader::new(strategy.name(), wgsl);
     let groups = workgroups(pixels.len() as u64, strategy.pixels_per_workgroup(&spec));
     let groups = Dispatch::Workgroups(groups);

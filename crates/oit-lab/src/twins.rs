@@ -177,13 +177,8 @@ mod tests {
     #[test]
     fn pixels_are_taken_evenly() {
         let lists: Vec<_> = (0..100).map(|i| PATTERNS[0].fragments(1 + i % 8, i as u64)).collect();
-        let found = time_twins(
-            &Lfb::from_lists(10, 10, &lists),
-            &["insertion".parse().unwrap()],
-            30,
-            1,
-            1,
-        );
+        let found =
+            time_twins(&Lfb::from_lists(10, 10, &lists), &["insertion".parse().unwrap()], 30, 1, 1);
         assert_eq!((found[0].pixels, found[0].resolved_pixels), (100, 25));
     }
 }

@@ -76,8 +76,11 @@ impl Subject {
     pub fn write(&self, folder: &Path) -> Result<(), RecordError> {
         let path = folder.join(FILE);
         let io = |error| RecordError::Io { path: path.clone(), error };
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| RecordError::Parse { path: path.clone(), line: 1, error })?;
+        let text = serde_json::to_string_pretty(self).map_err(|error| RecordError::Parse {
+            path: path.clone(),
+            line: 1,
+            error,
+        })?;
         fs::create_dir_all(folder).map_err(io)?;
         fs::write(&path, text + "\n").map_err(io)
     }
