@@ -261,3 +261,65 @@ pub fn twin_conforms(strategy: &dyn SortStrategy, store: Store, deepest: u32) ->
     }
     done
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Leaves fragments as they are, and claims to sort.
+    struct Broken;
+
+    impl SortStrategy for Broken {
+        fn name(&self) -> &'static str {
+            "broken"
+        }
+
+        fn summary(&self) -> &'static str {
+            "Does not sort."
+        }
+
+        fn citation(&self) -> &'static str {
+            "none"
+        }
+
+        fn stores(&self) -> &'static [Store] {
+            &[Store::Local]
+        }
+
+        fn blends_from(&self) -> End {
+            End::Front
+        }
+
+        fn template(&self) -> &'static str {
+            ""
+        }
+
+        fn sort(&self, _: &SortSpec, _: &mut [Fragment], _: &mut Vec<Fragment>) {}
+    }
+
+    #[test]
+    fn a_twin_that_does_not_sort_is_found() {
+        let found = twin_conforms(&Broken, Store::Local, 64);
+        assert!(found.wrong.is_some_and(|wrong| wrong.contains("not in order")));
+        let insertion = oit_sort::strategy("insertion").unwrap();
+        let found = twin_conforms(insertion, Store::Local, 64);
+        assert_eq!((found.wrong, found.up_to, found.programs), (None, 64, 4));
+    }
+
+    #[test]
+    fn what_a_kernel_emits_out_of_order_is_wrong() {
+        let insertion = oit_sort::strategy("insertion").unwrap();
+        let spec = SortSpec { min_frags: 1, max_frags: 8, ties: Ties::Total, store: Store::Local };
+        let given = patterns::PATTERNS[0].fragments(8, 3);
+        let mut scratch = Scratch::default();
+        // It blends from the back: what it emits is farthest first.
+        let mut right = sorted(insertion, &spec, &given, &mut scratch).to_vec();
+        right.reverse();
+        let check =
+            |found, scratch: &mut Scratch| check_emitted(insertion, spec, &given, found, scratch);
+        assert_eq!(check(right.clone(), &mut scratch), Ok(()));
+        right.swap(2, 3);
+        let wrong = check(right, &mut scratch).unwrap_err();
+        assert!(wrong.contains("from place 4 on"), "{wrong}");
+    }
+}

@@ -291,7 +291,10 @@ fn a_sort_is_checked_and_then_compared() {
     assert!(text.contains("network: the CPU twin"), "{text}");
     // It holds no 128, and in a scene another goes on where it ends.
     assert!(text.contains("network+rbs_hier") && !text.contains("count=128"), "{text}");
-    assert!(text.contains("rbs ") && text.contains("same") || text.contains("er  "), "{text}");
+    let verdicts = ["faster", "slower", "same"];
+    let rivals = text.lines().filter(|line| verdicts.iter().any(|word| line.contains(word)));
+    // Of 4 + 2 families each has two rivals; two lines of the heading say the words too.
+    assert_eq!(rivals.filter(|line| line.contains(" ms ")).count(), 6 * 2, "{text}");
     let found = oit_record::Subject::read(out.as_ref()).expect("undamaged").expect("is there");
     let of = &found.parts[0];
     assert_eq!((found.wrong(), of.conformance.up_to, of.limit), (None, 64, Some(64)));
