@@ -34,6 +34,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     for (cell, (name, size)) in cells.iter().enumerate() {
         let unset = name.technique.starts_with("array-probe-unset");
         let result = Verification {
+            fragments_compared: false,
+            tuned: None,
+            predicted_ns: None,
             verdict: if unset { Verdict::Approximate } else { Verdict::Exact },
             note: unset.then(|| "not compared".to_owned()),
             wrong_px: 0,
@@ -59,7 +62,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         for sample in 0..5 {
             let total_ns = ns + u64::from(sample);
             let stages_ns = BTreeMap::from([("probe".to_owned(), total_ns)]);
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
