@@ -10,11 +10,8 @@ use oit_record::statistics::{compare, median};
 use oit_record::{Subject, SubjectPart};
 use oit_sort::SortChoice;
 
-use crate::command::compare::{Arguments, folder, told, word};
+use crate::command::compare::{Arguments, SEED, folder, told, word};
 use crate::command::report;
-
-/// The seed of the order of samples and of the bootstrap.
-const SEED: u64 = 2014;
 
 /// Times and counts the twins, prints the page, and leaves it in the run folder with all samples.
 pub(super) fn run(arguments: &Arguments, trace: &Path, sorts: &[SortChoice]) -> miette::Result<()> {
