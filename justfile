@@ -47,16 +47,20 @@ test: setup
 sweep *ARGS: build
     @{{ oit }} sweep "$@"
 
-# Measure one sort strategy against all others and draw who wins where.
+# Check one sort, measure it against others, and write its page: `just compare network --against all`.
+# With `--trace FILE.oitt` its CPU twin is compared on captured fragments; that needs no GPU.
 [positional-arguments]
 compare STRATEGY *ARGS: setup build build-figures
     #!/usr/bin/env bash
     set -euo pipefail
     run=runs/compare-$1-$(date -u +%Y%m%dT%H%M%SZ)
     {{ oit }} compare "$@" --out "$run"
-    {{ paper_figures }} compare "$run" --sort "$1" --out "paper_figures/out/local/compare-$1"
     echo "Measurements: $run"
-    echo "Figures:      paper_figures/out/local/compare-$1"
+    # A trace leaves no run to draw: its page is among the measurements.
+    if [ -e "$run/run.json" ]; then
+        {{ paper_figures }} compare "$run" --sort "$1" --out "paper_figures/out/local/compare-$1"
+        echo "Page:         paper_figures/out/local/compare-$1"
+    fi
 
 # Draw the tracked figures from the recorded measurements alone.
 figures: build-figures

@@ -13,6 +13,7 @@ mod bma_table_1;
 mod bma_table_2;
 pub(crate) mod bma_views;
 mod compare;
+mod compare_page;
 mod counts;
 mod cuda_resolve;
 mod flights;
@@ -43,6 +44,7 @@ mod sort_depths;
 mod sort_intervals;
 
 pub use compare::compare;
+pub use compare_page::{Page, compare_pages};
 
 use analysis::Tables;
 

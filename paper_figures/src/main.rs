@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use paper_figures::figures::{FIGURES, compare};
+use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, claims, generate, read, write_all};
 
 /// Figures and tables of the papers, drawn from records.
@@ -40,14 +40,14 @@ enum Command {
         #[arg(long, required = true, value_name = "DIR", num_args = 1..)]
         records: Vec<PathBuf>,
     },
-    /// Draw and print one sort against all others, view by view.
+    /// Write and print the page of one sort against the others: one for each run that has it.
     Compare {
         /// A run folder, or a folder of run folders.
         run: PathBuf,
         /// The sort.
         #[arg(long)]
         sort: String,
-        /// Where to write the charts.
+        /// Where to write the page and its chart.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
@@ -69,12 +69,13 @@ fn draw(arguments: &Draw) -> Result<(), FigureError> {
 
 fn compare_sort(run: &Path, sort: &str, out: &Path) -> Result<(), FigureError> {
     let tables = read(&[run.to_owned()])?;
-    let outputs = compare(&tables, sort)?;
-    for output in &outputs {
-        println!("{}", output.markdown());
+    for page in compare_pages(&tables, sort)? {
+        println!("{}", page.markdown);
+        page.write(out)?;
+        println!("{}", out.join(format!("{}.md", page.output.name)).display());
     }
-    let files = write_all(&outputs, out)?;
-    println!("{} charts in {}", files.len(), out.display());
+    let charts = write_all(&compare(&tables, sort)?, out)?;
+    println!("{} charts of whole scenes in {}", charts.len(), out.display());
     Ok(())
 }
 

@@ -7,10 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::Tables;
-use paper_figures::figures::{FIGURES, compare};
+use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
-    RBS_VIEWS, VIEWS, WRONG, bma, flight, lfb, mechanism, probe, rbs, write_counts,
+    RBS_VIEWS, VIEWS, WRONG, bma, compared, flight, lfb, mechanism, probe, rbs, write_counts,
     write_rbs_views, write_run,
 };
 
@@ -150,6 +150,9 @@ fn no_text_lies_on_another() {
     let tables = one_device(root.path());
     let mut outputs = draw_all(&tables);
     outputs.extend(compare(&tables, "rbs").unwrap());
+    let run = compared::write_run(&root.path().join("compared"), DEVICE);
+    let pages = compare_pages(&read(&[run]).unwrap(), "network").unwrap();
+    outputs.extend(pages.into_iter().map(|page| page.output));
     for output in outputs {
         let page = output.page().unwrap();
         let boxes = page.text_boxes().unwrap();
@@ -874,4 +877,59 @@ fn the_ledger_of_register_based_block_sort_finds_the_paper_s_numbers() {
     assert!(published("rbs-counts-cost") > 1.0 && published("rbs-capture-constant") < 1.25);
     assert!(published("rbs-fastest-overall") > 1.0 && published("rbs-best-case-cuda") > 1.0);
     assert_eq!(published("rbs-global-particularly"), 0.5);
+}
+
+/// The page's row that begins so, of all tables.
+fn page_rows<'a>(markdown: &'a str, start: &str) -> Vec<&'a str> {
+    markdown.lines().filter(|line| line.starts_with(start)).collect()
+}
+
+#[test]
+fn one_sort_is_compared_on_one_page() {
+    let root = tempfile::tempdir().unwrap();
+    let run = compared::write_run(root.path(), DEVICE);
+    let tables = read(&[run]).unwrap();
+    let mut pages = compare_pages(&tables, "network").unwrap();
+    assert_eq!(pages.len(), 1);
+    let page = pages.remove(0);
+    let text = &page.markdown;
+    assert_eq!(page.output.name, "compare-network");
+    for heading in [
+        "What it is",
+        "Correct or not",
+        "Time per interval",
+        "Registers, spill and size",
+        "Time to compile",
+        "Effect of the order of submission",
+        "Whole frames",
+    ] {
+        assert!(text.contains(&format!("## {heading}\n")), "{heading}\n{text}");
+    }
+    assert!(text.contains("every list was sorted") && text.contains("a made-up citation"));
+    // Its cells: 2 depths of 3 orders, and a scene.
+    assert!(text.contains("the oracle: 7 exact."), "{text}");
+    // It was made twice as fast as insertion, and as fast as rbs; the wrong one has no time.
+    let insertion = page_rows(text, "| insertion | ")[0];
+    assert_eq!(insertion.matches("**0.500 [0.500, 0.500] faster**").count(), 2, "{insertion}");
+    let rbs = page_rows(text, "| rbs | ")[0];
+    assert_eq!(rbs.matches("1.000 [1.000, 1.000] same").count(), 2, "{rbs}");
+    assert!(page_rows(text, "| heap | ")[0].contains("wrong"), "{text}");
+    // Of programs what is told, and of the others nothing.
+    assert!(text.contains("| network | 20 / 0 / – / 2000 | 28 / 0 / – / 2800 |"), "{text}");
+    assert!(text.contains("| insertion | – / – / – / – |"), "{text}");
+    assert!(text.contains("| network | 2.00 | 2.00 (cache) |"), "{text}");
+    // In reverse it takes three times as long.
+    let reverse = page_rows(text, "| network | back to front |")[0];
+    assert_eq!(reverse.matches("3.000 [3.000, 3.000] slower").count(), 2, "{reverse}");
+    // The scene: half of the resolve, and less of the frame.
+    let scene = page_rows(text, "| insertion | 0.200 | 1.20 |");
+    assert!(scene.len() == 1 && scene[0].contains("0.917"), "{scene:?}\n{text}");
+    assert!(text.contains("| network+rbs_hier | 0.100 | 1.10 |"), "{text}");
+    page.write(root.path()).unwrap();
+    let written = fs::read_to_string(root.path().join("compare-network.md")).unwrap();
+    assert_eq!(written, *text);
+    assert!(root.path().join("compare-network.svg").exists());
+    let missing = compare_pages(&tables, "shell").err().unwrap();
+    assert!(missing.to_string().contains("shell"), "{missing}");
+    assert_eq!(compare(&tables, "network").unwrap().len(), 1);
 }

@@ -99,6 +99,13 @@ impl Ties {
             Self::Depth => a.depth_key > b.depth_key,
         }
     }
+
+    /// Where a CPU twin says how often it compared fragments by other means than these, for the crate
+    /// that counts comparisons (`oit-fragments-counted`). Does nothing here.
+    #[inline]
+    pub fn compared_otherwise(self, comparisons: usize) {
+        let _ = comparisons;
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 mod array_probe;
 mod assemble;
+mod conformance;
 mod cpu_engine;
 mod cuda_stage;
 mod engine;
@@ -18,11 +19,13 @@ mod technique;
 mod tune;
 mod tuner;
 mod tuning;
+mod twins;
 mod verify;
 mod worker;
 
 pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
+pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};
 pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
@@ -47,5 +50,6 @@ pub use tuner::Tuner;
 pub use tuning::{
     Fastest, FromRun, IntervalCost, PixelCost, TUNING_VERSION, Tuning, TuningError, tuning_path,
 };
+pub use twins::{Twin, TwinInterval, time_twins};
 pub use verify::{Check, EXACT_TOLERANCE, Verifier};
 pub use worker::{Spent, serve};

@@ -5,8 +5,10 @@ mod folder;
 mod program;
 mod schema;
 pub mod statistics;
+mod subject;
 
 pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
 pub use program::{Executable, Program, Statistic, StatisticValue};
 pub use schema::{Cell, Event, Host, Run, SCHEMA_VERSION, Verdict, Verification};
+pub use subject::{Conformance, Subject, SubjectPart};

@@ -278,3 +278,64 @@ fn traces_and_deep_images_hold_a_view() {
     let text = fails(&["trace", "convert", &deep, &path("a.png")]);
     assert!(text.contains("a.png") && text.contains(".oitt or .exr"), "{text}");
 }
+
+#[test]
+fn a_sort_is_checked_and_then_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let command = ["compare", "network", "--against", "insertion,rbs", "--device", "cpu"];
+    let sizes = ["--depths", "8,128", "--size", "32x18", "--samples", "3"];
+    let scenes = ["--scenes", "random_triangles:front", "--out", &out];
+    let all = [&command[..], &sizes, &scenes].concat();
+    let text = ok(&all);
+    assert!(text.contains("network: the CPU twin"), "{text}");
+    // It holds no 128, and in a scene another goes on where it ends.
+    assert!(text.contains("network+rbs_hier") && !text.contains("count=128"), "{text}");
+    let verdicts = ["faster", "slower", "same"];
+    let rivals = text.lines().filter(|line| verdicts.iter().any(|word| line.contains(word)));
+    // Of 4 + 2 families each has two rivals; two lines of the heading say the words too.
+    assert_eq!(rivals.filter(|line| line.contains(" ms ")).count(), 6 * 2, "{text}");
+    let found = oit_record::Subject::read(out.as_ref()).expect("undamaged").expect("is there");
+    let of = &found.parts[0];
+    assert_eq!((found.wrong(), of.conformance.up_to, of.limit), (None, 64, Some(64)));
+    assert!(of.conformance.lists > 600, "{of:?}");
+    let record = Record::read(out.as_ref()).expect("a good record");
+    let cells = |words: &[&str]| {
+        let named = |cell: &&oit_record::Cell| {
+            let name = format!("{} {}", cell.technique, cell.group());
+            words.iter().all(|word| name.contains(word))
+        };
+        record.run.cells.iter().filter(named).count()
+    };
+    // Three orders of lists and one of runs; then two captures of the scene.
+    assert_eq!((cells(&["count=8"]), cells(&["count=128"])), (4 * 3, 0));
+    assert_eq!((cells(&["random_triangles"]), cells(&["network+rbs_hier"])), (6, 2));
+    let again = fails(&all);
+    assert!(again.contains("--resume"), "{again}");
+    let depth = fails(&[&command[..], &["--depths", "9"]].concat());
+    assert!(depth.contains("no depth is 9"), "{depth}");
+    let view = fails(&[&command[..], &["--scenes", "planes:frnt"]].concat());
+    assert!(view.contains("frnt"), "{view}");
+}
+
+#[test]
+fn a_sort_is_compared_on_a_trace_without_a_gpu() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let trace = path("a.oitt");
+    let stack = ["trace", "save", "scenes/stack.toml", &trace, "--set", "count=16"];
+    ok(&[&stack[..], &["--size", "32x18", "--device", "cpu"]].concat());
+    let command = ["compare", "insertion", "--against", "network,passthrough", "--trace", &trace];
+    let out = path("run");
+    let text = ok(&[&command[..], &["--samples", "3", "--out", &out]].concat());
+    // Squares in order, nearest first: 15 comparisons of 16 fragments, and of a network its 63.
+    assert!(text.contains("## 9 to 16 fragments"), "{text}");
+    let row = |sort: &str, each: &str| text.contains(&format!("| {sort} | {each} |"));
+    assert!(row("network", "3.94") && row("passthrough", "0.00"), "{text}");
+    assert!(row("insertion", "0.94") || row("insertion", "7.50"), "{text}");
+    let csv = std::fs::read_to_string(folder.path().join("run/twins.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 1 + 3 * 3, "{csv}");
+    assert!(fails(&[&command[..], &["--out", &out]].concat()).contains("is there already"));
+    let no_trace = fails(&["compare", "insertion", "--trace", "scenes/stack.toml"]);
+    assert!(no_trace.contains(".oitt"), "{no_trace}");
+}

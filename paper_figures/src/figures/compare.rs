@@ -1,9 +1,11 @@
-//! One sort against all others, view by view: what a person who adds a sort wants to see.
+//! One sort against all others in whole scenes, a chart a view. Scenes of one depth are on the page
+//! ([`super::compare_pages`]).
 
 use std::collections::BTreeSet;
 
-use analysis::{RESOLVE, Tables};
+use analysis::{CellResult, RESOLVE, Tables, scene_name};
 
+use super::compare_page::is_sort;
 use super::ratios::{self, Compared, families};
 use crate::FigureError;
 use crate::data::{groups, slug};
@@ -20,7 +22,7 @@ pub fn compare(tables: &Tables, sort: &str) -> Result<Vec<Output>, FigureError> 
         .map(|cell| cell.technique.sort.as_str())
         .filter(|known| !known.is_empty())
         .collect();
-    if !known.contains(sort) {
+    if !known.iter().any(|known| is_sort(known, sort)) {
         let known = known.into_iter().collect::<Vec<_>>().join(", ");
         return Err(FigureError::Unknown {
             what: "sort in the records",
@@ -30,11 +32,17 @@ pub fn compare(tables: &Tables, sort: &str) -> Result<Vec<Output>, FigureError> 
     }
     let mut outputs = Vec::new();
     // The run that speaks for a view is the one with most of this sort.
-    for group in groups(tables, |cell| ratios::wanted(cell) && cell.technique.sort == sort) {
+    let own = |cell: &CellResult| {
+        let whole = scene_name(&cell.name.scene) != "stack";
+        whole && ratios::wanted(cell) && is_sort(&cell.technique.sort, sort)
+    };
+    for group in groups(tables, own) {
         let mut compared = Vec::new();
         for (family, sorts) in families(&group) {
-            let Some((own_name, own)) = sorts.get_key_value(sort) else { continue };
-            for (with, cell) in sorts.iter().filter(|(with, _)| **with != sort) {
+            let named = sorts.get_key_value(sort);
+            let longer = || sorts.iter().find(|(name, _)| is_sort(name, sort));
+            let Some((own_name, own)) = named.or_else(longer) else { continue };
+            for (with, cell) in sorts.iter().filter(|(with, _)| *with != own_name) {
                 if let Ok(ratio) = analysis::compare(own, cell, RESOLVE) {
                     compared.push(Compared { family: family.clone(), sort: own_name, with, ratio });
                 }

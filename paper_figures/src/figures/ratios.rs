@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use analysis::{CellResult, Ratio};
+use analysis::{CellResult, Ratio, Technique};
 
 use crate::axis::three_digits;
 use crate::chart::{RatioBar, RatioBars, RatioPanel};
@@ -18,12 +18,15 @@ pub(super) fn families<'a>(
     let mut families: BTreeMap<String, BTreeMap<&str, &CellResult>> = BTreeMap::new();
     for cell in group.cells.iter().copied().filter(|cell| wanted(cell) && !cell.times.is_empty()) {
         let technique = &cell.technique;
-        let [capture, schedule, stage, ties] =
-            [&technique.capture, &technique.schedule, &technique.shader_stage, &technique.ties];
-        let name = format!("{capture}, {schedule}, {stage} stage, {ties} order");
-        families.entry(name).or_default().insert(&technique.sort, cell);
+        families.entry(family_name(technique)).or_default().insert(&technique.sort, cell);
     }
     families
+}
+
+/// All of a technique that is no sort, in words.
+pub(super) fn family_name(technique: &Technique) -> String {
+    let Technique { capture, schedule, shader_stage, ties, .. } = technique;
+    format!("{capture}, {schedule}, {shader_stage} stage, {ties} order")
 }
 
 /// Cells that comparisons of sorts are about.

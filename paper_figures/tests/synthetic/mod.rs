@@ -1,6 +1,7 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
 pub(crate) mod bma;
+pub(crate) mod compared;
 pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;

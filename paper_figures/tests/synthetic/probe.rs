@@ -34,6 +34,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     for (cell, (name, size)) in cells.iter().enumerate() {
         let unset = name.technique.starts_with("array-probe-unset");
         let result = Verification {
+            fragments_compared: false,
+            tuned: None,
+            predicted_ns: None,
             verdict: if unset { Verdict::Approximate } else { Verdict::Exact },
             note: unset.then(|| "not compared".to_owned()),
             wrong_px: 0,

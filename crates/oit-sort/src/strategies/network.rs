@@ -64,6 +64,7 @@ impl SortStrategy for Network {
 
 /// The twin of every network: runs the comparators over at most [`SLOTS`] fragments.
 pub(super) fn network_sort(comparators: &[(u8, u8)], ties: Ties, fragments: &mut [Fragment]) {
+    ties.compared_otherwise(comparators.len());
     match ties {
         Ties::Total => run(comparators, fragments, |a, b| (a.min(b), a.max(b))),
         Ties::Depth => {

@@ -1,6 +1,7 @@
 //! One file a verb.
 
 pub(crate) mod compare;
+mod compare_trace;
 pub(crate) mod devices;
 pub(crate) mod generate;
 pub(crate) mod list;
@@ -27,7 +28,7 @@ pub(crate) enum Command {
     Devices,
     /// Run experiments: verify every cell, then time it, and record everything.
     Sweep(sweep::Arguments),
-    /// Measure one sort strategy against all others and print who wins where.
+    /// Check one sort, measure it against others, and print who wins where.
     Compare(compare::Arguments),
     /// Write what recorded runs say of a device to its tuning file, for the sort `auto` and for
     /// `intervals-optimal`.
