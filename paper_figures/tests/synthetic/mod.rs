@@ -141,6 +141,8 @@ fn verification(technique: &str, peak: u32) -> Verification {
         prepare_ms: 3.0,
         tuned: (technique == OPTIMAL).then(|| technique.replace("-optimal", "4-12-256")),
         predicted_ns: Some(if technique == OPTIMAL { 900.0 } else { 1000.0 }),
+        ssim: None,
+        flip: None,
     }
 }
 

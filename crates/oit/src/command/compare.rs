@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use miette::miette;
-use oit_lab::{Experiment, Technique, samples_by_cell};
+use oit_lab::{Experiment, Sorted, samples_by_cell};
 use oit_record::statistics::{Comparison, compare, median};
 use oit_record::{Event, Record, Verdict};
 use oit_sort::{STRATEGIES, SortChoice};
@@ -123,7 +123,7 @@ fn page(record: &Record, subject: &str) -> miette::Result<String> {
             order.push(group.clone());
             order.len() - 1
         });
-        let technique: Technique = cell.technique.parse().map_err(report)?;
+        let technique: Sorted = cell.technique.parse().map_err(report)?;
         let row = views.entry(place).or_insert_with(|| (group, BTreeMap::new()));
         row.1.insert(technique.sort.to_string(), index);
     }
