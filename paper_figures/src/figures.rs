@@ -29,6 +29,7 @@ pub(crate) mod lfb_views;
 mod mechanism_occupancy;
 mod mechanism_registers;
 mod pareto;
+mod peel_passes;
 mod ratios;
 mod rbs_figure_5;
 mod rbs_table_1;
@@ -81,6 +82,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_overhead::BmaOverhead,
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
+    &peel_passes::PeelPasses,
     &sort_depths::SortDepths,
     &sort_intervals::SortIntervals,
     &lfb_table_20_1::LfbTable20_1,

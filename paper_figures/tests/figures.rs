@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare};
 use paper_figures::{FigureError, Output, claims, generate, read};
-use synthetic::{VIEWS, WRONG, bma, flight, lfb, mechanism, probe, write_counts, write_run};
+use synthetic::{VIEWS, WRONG, bma, flight, lfb, mechanism, peel, probe, write_counts, write_run};
 
 const DEVICE: &str = "test device";
 
@@ -21,6 +21,7 @@ fn one_device(root: &Path) -> Tables {
     bma::write_run(root, DEVICE);
     flight::write_run(&root.join("flight"), DEVICE);
     mechanism::write_run(root, "mechanism", DEVICE, true);
+    peel::write_run(&root.join("peel"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -702,6 +703,34 @@ fn links_of_the_documents_lead_somewhere() {
         }
     }
     assert!(links > 5, "{links} links");
+}
+
+/// Ways of peeling have a line each; of a stack with exact and other ones a chart of time against error
+/// is drawn as well, without the resolve that they do not have.
+#[test]
+fn peeling_is_drawn_against_the_number_of_layers() {
+    let root = tempfile::tempdir().unwrap();
+    peel::write_run(root.path(), DEVICE);
+    let tables = read(&[root.path().to_owned()]).unwrap();
+    let output = drawn("peel-passes", &tables);
+    assert_eq!(output.csv.rows.len(), 9);
+    let of = |method: &str, fragments: &str, column: &str| {
+        field(&output, &[("method", method), ("fragments", fragments)], column)
+    };
+    assert_eq!(of("depth_peel", "16", "median_ns"), "1600002");
+    assert_eq!(of("dual_peel", "16", "median_ns"), "800002");
+    assert_eq!(of("dual_peel", "16", "verdict_is_exact"), "true");
+    assert_eq!(of("dual_peel_forward11", "16", "max_error"), "0.5");
+    let pareto = FIGURES.iter().find(|figure| figure.name() == "pareto").unwrap();
+    let outputs = pareto.draw(&tables).unwrap();
+    assert_eq!(outputs.len(), 3);
+    let resolve = |output: &Output| field(output, &[("technique", "dual_peel")], "resolve_ms");
+    assert!(outputs.iter().all(|output| resolve(output).is_empty()));
+    // Without three depths there is nothing to draw a line through.
+    let others = tempfile::tempdir().unwrap();
+    lfb::write_runs(others.path(), DEVICE);
+    let figure = FIGURES.iter().find(|figure| figure.name() == "peel-passes").unwrap();
+    assert!(figure.draw(&read(&[others.path().to_owned()]).unwrap()).unwrap().is_empty());
 }
 
 #[test]

@@ -63,7 +63,11 @@ fn column(point: &ScatterPoint) -> &str {
     let technique = &point.technique;
     if technique.is_method() {
         &technique.coordinate
-    } else if technique.truncated() { &technique.max } else { &technique.sort }
+    } else if technique.truncated() {
+        &technique.max
+    } else {
+        &technique.sort
+    }
 }
 
 impl ErrorScatter {

@@ -80,7 +80,7 @@ fn panel(title: &str, stage: &str, cells: &[&CellResult]) -> ScatterPanel {
 fn output(group: &Group, cells: &[&CellResult]) -> Output {
     let is_sorted = |cell: &&CellResult| !cell.technique.is_method();
     let sorted_cells: Vec<&CellResult> = cells.iter().copied().filter(is_sorted).collect();
-    let panels = vec![
+    let mut panels = vec![
         panel("Total time, ms (log scale)", TOTAL, cells),
         // Methods have no resolve of their own: what a pass of that name does there is but a part.
         panel("Resolve time with grouping, ms (log scale)", RESOLVE, &sorted_cells),
@@ -155,6 +155,7 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             .into(),
         ]);
     }
+    panels.retain(|panel| !panel.points.is_empty());
     Output {
         name: format!("pareto-{}-{}", group.slug(), group.device_slug()),
         title: format!("Time against error: {}", group.title()),

@@ -55,7 +55,7 @@ impl Figure for SortDepths {
 }
 
 /// The depth of the covered pixels, if it is the same in all, and how many there are.
-fn uniform_depth(group: &Group) -> Option<(u64, u64)> {
+pub(super) fn uniform_depth(group: &Group) -> Option<(u64, u64)> {
     let histogram = group.run.histogram(&group.name())?;
     let mut depths = (0_u64..).zip(histogram).skip(1).filter(|(_, pixels)| **pixels > 0);
     let (depth, &covered_px) = depths.next()?;

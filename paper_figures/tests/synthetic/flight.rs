@@ -53,7 +53,10 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         for sample in 0..3 {
             let stages_ns = BTreeMap::from([("resolve".to_owned(), resolve)]);
             let total_ns = 2 * resolve;
-            writer.append(&Event::Sample { cell: index, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer
+                .append(&Event::Sample { cell: index, sample, stages_ns, parts_ns, total_ns })
+                .unwrap();
         }
     }
 }

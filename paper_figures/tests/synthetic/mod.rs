@@ -4,6 +4,7 @@ pub(crate) mod bma;
 pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;
+pub(crate) mod peel;
 pub(crate) mod probe;
 
 use std::collections::BTreeMap;

@@ -52,6 +52,11 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             peak_bytes: None,
             repeat_differs_px: Some(0),
             prepare_ms: 1.0,
+            fragments_compared: false,
+            tuned: None,
+            predicted_ns: None,
+            ssim: None,
+            flip: None,
         };
         writer.append(&Event::Verified { cell, result }).unwrap();
         let workgroup = name.technique.contains("/workgroup/");
@@ -59,7 +64,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         for sample in 0..5 {
             let total_ns = ns + u64::from(sample);
             let stages_ns = BTreeMap::from([("probe".to_owned(), total_ns)]);
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
