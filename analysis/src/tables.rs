@@ -18,7 +18,7 @@ use crate::{
 pub const BOOTSTRAP_SEED: u64 = 2014;
 
 /// What a cell is, in every table.
-const KEY_COLUMNS: [&str; 21] = [
+const KEY_COLUMNS: [&str; 22] = [
     "run",
     "device",
     "backend",
@@ -35,6 +35,7 @@ const KEY_COLUMNS: [&str; 21] = [
     "pool_percent",
     "pool_policy",
     "intervals",
+    "method",
     "scene",
     "scene_name",
     "view",
@@ -270,6 +271,11 @@ fn cells_frame(
         let values = cells.iter().map(|cell| cell.verification.as_ref().map(of));
         column(name, values.collect::<Vec<Option<f64>>>())
     };
+    // What is computed where an experiment asks for it.
+    let seen = |name: &str, of: &dyn Fn(&Verification) -> Option<f64>| {
+        let values = cells.iter().map(|cell| cell.verification.as_ref().and_then(of));
+        column(name, values.collect::<Vec<Option<f64>>>())
+    };
     let counted = |name: &str, of: &dyn Fn(&[u64]) -> u64| {
         let values = cells.iter().map(|cell| runs[cell.run].histogram(&cell.name.group()).map(of));
         column(name, values.collect::<Vec<Option<u64>>>())
@@ -301,6 +307,7 @@ fn cells_frame(
             text("pool_percent", &|cell| cell.technique.pool_percent.clone()),
             text("pool_policy", &|cell| cell.technique.pool_policy.clone()),
             text("intervals", &|cell| cell.technique.intervals.clone()),
+            text("method", &|cell| cell.technique.method.clone()),
             text("scene", &|cell| cell.name.scene.clone()),
             text("scene_name", &|cell| scene_name(&cell.name.scene).to_owned()),
             text("view", &|cell| cell.name.view.clone()),
@@ -319,6 +326,8 @@ fn cells_frame(
             measured("max_error", &|v| v.max_error),
             measured("rmse", &|v| v.rmse),
             measured("max_alpha_error", &|v| v.max_alpha_error),
+            seen("ssim", &|v| v.ssim),
+            seen("flip", &|v| v.flip),
             checked("fragments_missing", &|v| v.fragments_missing),
             checked("fragments_extra", &|v| v.fragments_extra),
             checked("tied_px", &|v| v.tied_px),

@@ -8,7 +8,8 @@ const POWERS_OF_TWO: &str = "powers-of-two";
 /// A technique's coordinate and its parts.
 ///
 /// The parts are empty strings where the coordinate is not of the form
-/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]][/intervals...]`, as for methods that have no sort.
+/// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]][/intervals...]`, as for methods, which have
+/// `method` and `method_size` in their place.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub struct Technique {
     /// The whole coordinate.
@@ -34,6 +35,16 @@ pub struct Technique {
     /// The intervals of depth complexity under bma: `powers-of-two` unless said otherwise,
     /// `optimal`, or upper bounds joined by hyphens.
     pub intervals: String,
+    /// The method, where it is one whole: `dual_peel` of `dual_peel/passes4`.
+    pub method: String,
+    /// The size asked of the method: `passes4`; empty where none is.
+    pub method_size: String,
+}
+
+/// Whether a part of a name is a word of lower-case letters, digits and `_`.
+fn is_word(part: &str) -> bool {
+    part.starts_with(|c: char| c.is_ascii_lowercase())
+        && part.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
 }
 
 impl Technique {
@@ -42,6 +53,10 @@ impl Technique {
     pub fn parse(coordinate: &str) -> Self {
         let whole = Self { coordinate: coordinate.to_owned(), ..Self::default() };
         let parts: Vec<&str> = coordinate.split('/').collect();
+        if parts.len() <= 2 && parts.iter().all(|part| is_word(part)) {
+            let method_size = parts.get(1).copied().unwrap_or_default().to_owned();
+            return Self { method: parts[0].to_owned(), method_size, ..whole };
+        }
         let [capture, schedule, sort, shader_stage, max, options @ ..] = parts.as_slice() else {
             return whole;
         };
@@ -74,6 +89,12 @@ impl Technique {
             intervals: intervals.to_owned(),
             ..whole
         }
+    }
+
+    /// Whether it is a method, which has no parts to tell it apart by.
+    #[must_use]
+    pub fn is_method(&self) -> bool {
+        !self.method.is_empty()
     }
 
     /// Whether the pool starts with the room that is needed, as it does unless said otherwise.
@@ -165,8 +186,24 @@ mod tests {
         let technique = Technique::parse("depth-peel/peak");
         assert_eq!(technique.coordinate, "depth-peel/peak");
         assert_eq!(technique.sort, "");
+        assert!(!technique.is_method());
         // An option that is not known makes it another kind of coordinate.
         assert_eq!(Technique::parse("a/b/c/d/e/f").capture, "");
+    }
+
+    #[test]
+    fn methods_have_a_name_and_a_size() {
+        let technique = Technique::parse("dual_peel/passes4");
+        assert_eq!(
+            (&*technique.method, &*technique.method_size, &*technique.coordinate),
+            ("dual_peel", "passes4", "dual_peel/passes4")
+        );
+        // Nothing that asks for parts finds them.
+        assert!(technique.sort.is_empty() && !technique.whole_pool() && !technique.truncated());
+        let technique = Technique::parse("weighted");
+        assert!(technique.is_method() && technique.method_size.is_empty());
+        assert!(!Technique::parse("linked_list/base/rbs/compute/peak").is_method());
+        assert!(!Technique::parse("array-probe/local/compute/size8").is_method());
     }
 
     #[test]

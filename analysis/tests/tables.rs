@@ -44,6 +44,8 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         prepare_ms: 1.5,
         tuned: None,
         predicted_ns: None,
+        ssim: None,
+        flip: None,
     };
     Event::Verified { cell, result }
 }

@@ -31,6 +31,7 @@ pub(crate) mod lfb_views;
 mod mechanism_occupancy;
 mod mechanism_registers;
 mod pareto;
+mod peel_passes;
 mod ratios;
 mod rbs_figure_5;
 mod rbs_merge;
@@ -90,6 +91,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_overhead::BmaOverhead,
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
+    &peel_passes::PeelPasses,
     &sort_depths::SortDepths,
     &sort_deep::SortDeep,
     &sort_intervals::SortIntervals,

@@ -10,7 +10,7 @@ use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
-    RBS_VIEWS, VIEWS, WRONG, bma, compared, flight, lfb, mechanism, probe, rbs, write_counts,
+    RBS_VIEWS, VIEWS, WRONG, bma, compared, flight, lfb, mechanism, peel, probe, rbs, write_counts,
     write_rbs_views, write_run,
 };
 
@@ -26,6 +26,7 @@ fn one_device(root: &Path) -> Tables {
     mechanism::write_run(root, "mechanism", DEVICE, true);
     rbs::write_run(&root.join("rbs"), DEVICE);
     write_rbs_views(&root.join("rbs-views"), DEVICE);
+    peel::write_run(&root.join("peel"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -712,6 +713,34 @@ fn links_of_the_documents_lead_somewhere() {
         }
     }
     assert!(links > 5, "{links} links");
+}
+
+/// Ways of peeling have a line each; of a stack with exact and other ones a chart of time against error
+/// is drawn as well, without the resolve that they do not have.
+#[test]
+fn peeling_is_drawn_against_the_number_of_layers() {
+    let root = tempfile::tempdir().unwrap();
+    peel::write_run(root.path(), DEVICE);
+    let tables = read(&[root.path().to_owned()]).unwrap();
+    let output = drawn("peel-passes", &tables);
+    assert_eq!(output.csv.rows.len(), 9);
+    let of = |method: &str, fragments: &str, column: &str| {
+        field(&output, &[("method", method), ("fragments", fragments)], column)
+    };
+    assert_eq!(of("depth_peel", "16", "median_ns"), "1600002");
+    assert_eq!(of("dual_peel", "16", "median_ns"), "800002");
+    assert_eq!(of("dual_peel", "16", "verdict_is_exact"), "true");
+    assert_eq!(of("dual_peel_forward11", "16", "max_error"), "0.5");
+    let pareto = FIGURES.iter().find(|figure| figure.name() == "pareto").unwrap();
+    let outputs = pareto.draw(&tables).unwrap();
+    assert_eq!(outputs.len(), 3);
+    let resolve = |output: &Output| field(output, &[("technique", "dual_peel")], "resolve_ms");
+    assert!(outputs.iter().all(|output| resolve(output).is_empty()));
+    // Without three depths there is nothing to draw a line through.
+    let others = tempfile::tempdir().unwrap();
+    lfb::write_runs(others.path(), DEVICE);
+    let figure = FIGURES.iter().find(|figure| figure.name() == "peel-passes").unwrap();
+    assert!(figure.draw(&read(&[others.path().to_owned()]).unwrap()).unwrap().is_empty());
 }
 
 #[test]

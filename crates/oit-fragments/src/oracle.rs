@@ -35,6 +35,20 @@ pub fn composite(lfb: &Lfb) -> Vec<[f64; 4]> {
 /// no single right answer.
 #[must_use]
 pub fn depth_tied_pixels(lfb: &Lfb) -> Vec<bool> {
+    pixels_with_neighbours(lfb, |nearer, farther| {
+        nearer >> 32 == farther >> 32 && nearer != farther
+    })
+}
+
+/// Pixels on which two fragments share a depth, of whatever colours: there a method that tells
+/// fragments apart by depth loses some.
+#[must_use]
+pub fn depth_shared_pixels(lfb: &Lfb) -> Vec<bool> {
+    pixels_with_neighbours(lfb, |nearer, farther| nearer >> 32 == farther >> 32)
+}
+
+/// Pixels on which two fragments that follow each other in the total order are so, by their keys.
+fn pixels_with_neighbours(lfb: &Lfb, are_so: impl Fn(u64, u64) -> bool + Sync) -> Vec<bool> {
     (0..lfb.pixels())
         .into_par_iter()
         .with_min_len(256)
@@ -42,7 +56,7 @@ pub fn depth_tied_pixels(lfb: &Lfb) -> Vec<bool> {
             keys.clear();
             keys.extend(lfb.pixel(pixel).iter().map(|fragment| fragment.key()));
             keys.sort_unstable();
-            keys.windows(2).any(|pair| pair[0] >> 32 == pair[1] >> 32 && pair[0] != pair[1])
+            keys.windows(2).any(|pair| are_so(pair[0], pair[1]))
         })
         .collect()
 }
@@ -69,5 +83,8 @@ mod tests {
         let b = Fragment::new(0.5, [9, 2, 3, 4]);
         let lfb = Lfb::from_lists(3, 1, &[vec![a, a], vec![a, b], vec![]]);
         assert_eq!(depth_tied_pixels(&lfb), [false, true, false]);
+        assert_eq!(depth_shared_pixels(&lfb), [true, true, false]);
+        let apart = Lfb::from_lists(1, 1, &[vec![a, Fragment::new(0.75, [1, 2, 3, 4])]]);
+        assert_eq!(depth_shared_pixels(&apart), [false]);
     }
 }

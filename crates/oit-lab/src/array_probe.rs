@@ -313,6 +313,8 @@ fn verify(probe: &ArrayProbe, picture: &[u8], again: &[u8]) -> Verification {
         fragments_compared: false,
         tuned: None,
         predicted_ns: None,
+        ssim: None,
+        flip: None,
     }
 }
 

@@ -12,7 +12,7 @@ use oit_gpu::{
 };
 use oit_sort::{Entry, Layout, Output, Program, SortSpec, Store, store_name, workgroups};
 
-use crate::technique::{DEEPEST, IntervalChoice, MaxFrags, PoolPolicy, Schedule, Stage, Technique};
+use crate::technique::{DEEPEST, IntervalChoice, MaxFrags, PoolPolicy, Schedule, Sorted, Stage};
 use crate::{CellError, FrameSize};
 
 /// Where every plan leaves its picture: premultiplied RGBA, 16 bytes a pixel, a target in the
@@ -22,7 +22,7 @@ pub const IMAGE: &str = "image";
 /// The intervals a technique's programs are compiled for, given the peak depth complexity. The
 /// base schedule has one, which also takes empty pixels. What is left to measurements must have been
 /// chosen before ([`crate::Tuner::choose`]).
-pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, CellError> {
+pub(crate) fn intervals(technique: &Sorted, peak: u32) -> Result<Intervals, CellError> {
     let max = technique.max_frags.for_peak(peak);
     if max > DEEPEST {
         return Err(CellError::Unsupported(format!(
@@ -52,7 +52,7 @@ pub(crate) fn intervals(technique: &Technique, peak: u32) -> Result<Intervals, C
 
 /// What the program that runs on an interval's pixels is compiled for: the interval, or under
 /// `base-intervals` all of them, as the one program of the base schedule is.
-pub(crate) fn array(technique: &Technique, intervals: &Intervals, interval: Interval) -> Interval {
+pub(crate) fn array(technique: &Sorted, intervals: &Intervals, interval: Interval) -> Interval {
     match technique.schedule {
         Schedule::BaseIntervals => Interval { low: 0, high: intervals.deepest() },
         _ => interval,
@@ -61,7 +61,7 @@ pub(crate) fn array(technique: &Technique, intervals: &Intervals, interval: Inte
 
 /// What a program for one interval is compiled for, and with which strategy.
 pub(crate) fn sort_spec(
-    technique: &Technique,
+    technique: &Sorted,
     interval: Interval,
 ) -> Result<(&'static dyn oit_sort::SortStrategy, SortSpec), CellError> {
     let (strategy, store) = technique
@@ -79,7 +79,7 @@ pub(crate) fn sort_spec(
 
 /// Whether a technique orders fragments where they were captured, on a view of this peak depth
 /// complexity.
-pub(crate) fn rewrites(technique: &Technique, peak: u32) -> Result<bool, CellError> {
+pub(crate) fn rewrites(technique: &Sorted, peak: u32) -> Result<bool, CellError> {
     for interval in intervals(technique, peak)?.iter() {
         if sort_spec(technique, interval)?.1.store == Store::Global {
             return Ok(true);
@@ -105,12 +105,12 @@ fn group_request<'a>(count_wgsl: &'a str, size: FrameSize) -> GroupRequest<'a> {
 }
 
 /// Whether a technique's schedule makes lists of pixels.
-fn makes_lists(technique: &Technique) -> bool {
+fn makes_lists(technique: &Sorted) -> bool {
     technique.schedule.groups() && technique.stage == Stage::Compute
 }
 
 /// Refuses a capture whose layout goes by lists that the schedule does not make.
-pub(crate) fn needs_lists(technique: &Technique) -> Result<(), CellError> {
+pub(crate) fn needs_lists(technique: &Sorted) -> Result<(), CellError> {
     if technique.capture.needs_lists() && !makes_lists(technique) {
         return Err(CellError::Unsupported(format!(
             "{} lies in the order of a schedule's lists, which only bma-list makes",
@@ -122,7 +122,7 @@ pub(crate) fn needs_lists(technique: &Technique) -> Result<(), CellError> {
 
 /// The lists of pixels that a technique's schedule makes.
 fn list_passes(
-    technique: &Technique,
+    technique: &Sorted,
     size: FrameSize,
     peak: u32,
 ) -> Result<Option<(ListGrouping, Lists)>, CellError> {
@@ -145,7 +145,7 @@ fn list_passes(
 
 /// The lists of pixels that a technique's schedule makes on a view of this peak depth complexity.
 pub(crate) fn lists(
-    technique: &Technique,
+    technique: &Sorted,
     size: FrameSize,
     peak: u32,
 ) -> Result<Option<Lists>, CellError> {
@@ -157,7 +157,7 @@ pub(crate) fn lists(
 /// # Errors
 /// [`CellError::Unsupported`] where the technique or its capture cannot hold the view.
 pub(crate) fn slots(
-    technique: &Technique,
+    technique: &Sorted,
     size: FrameSize,
     counts: &[u32],
     histogram: &DepthHistogram,
@@ -177,7 +177,7 @@ pub(crate) fn slots(
 /// [`CellError::Unsupported`] where no strategy of its sort choice holds that many fragments, or
 /// the capture needs lists that the schedule does not make, or the stage lacks the schedule.
 pub fn assemble(
-    technique: &Technique,
+    technique: &Sorted,
     fragments: Fragments,
     size: FrameSize,
     histogram: &DepthHistogram,
@@ -319,12 +319,12 @@ fn stencil_counts(
 }
 
 /// A pass for an interval's pixels: timed by itself, by the interval's upper bound.
-fn part(technique: &Technique, interval: Interval, pass: Pass) -> Pass {
+fn part(technique: &Sorted, interval: Interval, pass: Pass) -> Pass {
     if technique.schedule.has_intervals() { pass.part(interval.high) } else { pass }
 }
 
 fn program(
-    technique: &Technique,
+    technique: &Sorted,
     interval: Interval,
     entry: Entry,
     size: FrameSize,
@@ -367,7 +367,7 @@ fn program_label(
 /// A technique's resolve programs on a view of this peak depth complexity, one an interval from the
 /// shallowest, with what the backend tells of each.
 pub(crate) fn programs(
-    technique: &Technique,
+    technique: &Sorted,
     peak: u32,
     compiled: &[Compiled],
 ) -> Result<Vec<oit_record::Program>, CellError> {

@@ -1,4 +1,4 @@
-//! Cells on the CPU: the twins of every capture, schedule and sort.
+//! Cells on the CPU: the twins of every capture, schedule, sort and method.
 
 use std::time::Instant;
 
@@ -11,8 +11,11 @@ use oit_sort::Scratch;
 use rayon::prelude::*;
 
 use crate::assemble::{array, intervals, needs_lists, sort_spec};
-use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData};
-use crate::technique::{Pool, Stage, Technique};
+use crate::engine::{
+    CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData, draws_itself,
+};
+use crate::method::MethodChoice;
+use crate::technique::{Pool, Sorted, Stage, Technique};
 
 /// The twins, and the view open on them.
 pub(crate) struct CpuEngine {
@@ -26,8 +29,12 @@ pub(crate) struct CpuEngine {
 struct LastRun {
     ready: Ready,
     picture: Vec<[f32; 4]>,
-    captured: Lfb,
+    /// `None` for methods.
+    captured: Option<Lfb>,
 }
+
+/// A run: its times, its picture, and the fragments that it captured.
+type Ran = (Timing, Vec<[f32; 4]>, Option<Lfb>);
 
 impl CpuEngine {
     pub(crate) fn new() -> Self {
@@ -41,6 +48,58 @@ impl CpuEngine {
     fn last(&self, ready: Ready) -> Result<&LastRun, CellError> {
         let last = self.last.as_ref().filter(|last| last.ready == ready);
         last.ok_or_else(|| CellError::Failed("another technique has run since".into()))
+    }
+
+    /// Refuses what the twins cannot run; the array size of the deepest program.
+    fn check(&self, technique: &Sorted) -> Result<u32, CellError> {
+        if technique.stage != Stage::Compute {
+            let reason = &self.info.unsupported[0].reason;
+            return Err(CellError::Unsupported(reason.clone()));
+        }
+        if technique.pool != Pool::WHOLE {
+            return Err(CellError::Unsupported("the CPU backend has no pool to run out of".into()));
+        }
+        needs_lists(technique)?;
+        let (_, histogram) = self.view()?;
+        let intervals = intervals(technique, histogram.peak())?;
+        for interval in intervals.iter() {
+            sort_spec(technique, array(technique, &intervals, interval))?;
+        }
+        Ok(intervals.deepest())
+    }
+
+    fn run_sorted(&self, technique: &Sorted) -> Result<Ran, CellError> {
+        let (view, histogram) = self.view()?;
+        let peak = histogram.peak();
+        let mut picture = vec![[0.0; 4]; view.size.pixels() as usize];
+        let started = Instant::now();
+        let captured = capture_twin(view, technique.capture);
+        let mut stages = vec![("capture", ns(started))];
+        let lists = if technique.schedule.has_intervals() {
+            let grouping = Instant::now();
+            let lists = intervals(technique, peak)?.group(captured.counts());
+            stages.push(("group", ns(grouping)));
+            lists
+        } else {
+            vec![(0..captured.pixels() as u32).collect()]
+        };
+        let resolving = Instant::now();
+        let parts = resolve(technique, peak, &captured, &lists, &mut picture)?;
+        stages.push(("resolve", ns(resolving)));
+        let total_ns = ns(started);
+        Ok((Timing { stages, parts, total_ns }, picture, Some(captured)))
+    }
+
+    /// A twin goes by fragments, which are rasterised anew in each run.
+    fn run_method(&self, choice: &MethodChoice) -> Result<Ran, CellError> {
+        let started = Instant::now();
+        let fragments = submitted(&self.view()?.0);
+        let mut stages = vec![("capture", ns(started))];
+        let resolving = Instant::now();
+        let picture = choice.twin(&fragments);
+        stages.push(("resolve", ns(resolving)));
+        let total_ns = ns(started);
+        Ok((Timing { stages, parts: Vec::new(), total_ns }, picture, None))
     }
 }
 
@@ -98,7 +157,7 @@ fn capture_twin(view: &ViewData, capture: &dyn Capture) -> Lfb {
 
 /// Resolves every list with its interval's program. Pixels in no list stay as they are.
 fn resolve(
-    technique: &Technique,
+    technique: &Sorted,
     peak: u32,
     lfb: &Lfb,
     lists: &[Vec<u32>],
@@ -145,23 +204,18 @@ impl Engine for CpuEngine {
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
-        if technique.stage != Stage::Compute {
-            let reason = &self.info.unsupported[0].reason;
-            return Err(CellError::Unsupported(reason.clone()));
-        }
-        if technique.pool != Pool::WHOLE {
-            return Err(CellError::Unsupported("the CPU backend has no pool to run out of".into()));
-        }
-        needs_lists(technique)?;
-        let (_, histogram) = self.view()?;
-        let intervals = intervals(technique, histogram.peak())?;
-        for interval in intervals.iter() {
-            sort_spec(technique, array(technique, &intervals, interval))?;
-        }
+        let (view, histogram) = self.view()?;
+        let (max_frags, pool) = match technique {
+            Technique::Sorted(sorted) => (self.check(sorted)?, histogram.total()),
+            Technique::Method(choice) if matches!(view.source, Source::Stored(_)) => {
+                return Err(draws_itself(choice));
+            }
+            Technique::Method(_) => (0, 0),
+        };
         let preparation = Preparation {
-            max_frags: intervals.deepest(),
-            pool_initial: histogram.total(),
-            pool_final: histogram.total(),
+            max_frags,
+            pool_initial: pool,
+            pool_final: pool,
             pool_grown: 0,
             memory: None,
             prepare_ms: 0.0,
@@ -174,29 +228,15 @@ impl Engine for CpuEngine {
     }
 
     fn run(&mut self, ready: Ready) -> Result<Timing, CellError> {
-        let (view, histogram) = self.view()?;
         let technique = self.ready.get(ready.0);
         let technique =
             technique.ok_or_else(|| CellError::Failed("no such prepared technique".into()))?;
-        let peak = histogram.peak();
-        let mut picture = vec![[0.0; 4]; view.size.pixels() as usize];
-        let started = Instant::now();
-        let captured = capture_twin(view, technique.capture);
-        let mut stages = vec![("capture", ns(started))];
-        let lists = if technique.schedule.has_intervals() {
-            let grouping = Instant::now();
-            let lists = intervals(technique, peak)?.group(captured.counts());
-            stages.push(("group", ns(grouping)));
-            lists
-        } else {
-            vec![(0..captured.pixels() as u32).collect()]
+        let (timing, picture, captured) = match technique {
+            Technique::Sorted(sorted) => self.run_sorted(sorted)?,
+            Technique::Method(choice) => self.run_method(choice)?,
         };
-        let resolving = Instant::now();
-        let parts = resolve(technique, peak, &captured, &lists, &mut picture)?;
-        stages.push(("resolve", ns(resolving)));
-        let total_ns = ns(started);
         self.last = Some(LastRun { ready, picture, captured });
-        Ok(Timing { stages, parts, total_ns })
+        Ok(timing)
     }
 
     fn picture(&mut self, ready: Ready) -> Result<Image, CellError> {
@@ -206,6 +246,7 @@ impl Engine for CpuEngine {
     }
 
     fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError> {
-        Ok(self.last(ready)?.captured.clone())
+        let captured = self.last(ready)?.captured.clone();
+        captured.ok_or_else(|| CellError::Failed("a method captures no fragments".into()))
     }
 }

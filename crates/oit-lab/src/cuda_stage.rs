@@ -10,7 +10,7 @@ use oit_sort::{CUDA_KERNEL, CUDA_THREADS, CudaLayout, CudaProgram, Output};
 
 use crate::assemble::{intervals, sort_spec};
 use crate::engine::{CellError, FrameSize};
-use crate::technique::{Pool, Technique};
+use crate::technique::{Pool, Sorted};
 
 /// CUDA on the engine's GPU, opened at the first technique that needs it, and what it holds of the
 /// open view.
@@ -47,7 +47,7 @@ impl From<CudaError> for CellError {
     }
 }
 
-fn layout(technique: &Technique) -> Result<CudaLayout<'static>, CellError> {
+fn layout(technique: &Sorted) -> Result<CudaLayout<'static>, CellError> {
     let (name, random_access) = (technique.capture.name(), technique.capture.random_access());
     let source = technique.capture.layout_cuda();
     let source =
@@ -95,7 +95,7 @@ pub fn cuda_segmented_sort(lfb: &Lfb, runs: u32) -> Result<Vec<u64>, CellError> 
 /// [`CellError::Unsupported`] where its capture or its sort is not written in CUDA, or it holds fewer
 /// fragments.
 pub fn cuda_source(
-    technique: &Technique,
+    technique: &Sorted,
     size: FrameSize,
     peak: u32,
 ) -> Result<(String, String), CellError> {
@@ -121,7 +121,7 @@ impl CudaStage {
     pub(crate) fn check(
         &mut self,
         device: &dyn Device,
-        technique: &Technique,
+        technique: &Sorted,
         size: FrameSize,
         peak: u32,
     ) -> Result<(), CellError> {
@@ -148,7 +148,7 @@ impl CudaStage {
     pub(crate) fn compile(
         &mut self,
         device: &dyn Device,
-        technique: &Technique,
+        technique: &Sorted,
         size: FrameSize,
         peak: u32,
     ) -> Result<Kernel, CellError> {
@@ -161,7 +161,7 @@ impl CudaStage {
         &mut self,
         device: &mut dyn Device,
         plan: PlanId,
-        technique: &Technique,
+        technique: &Sorted,
         kernel: Kernel,
         size: FrameSize,
     ) -> Result<CudaResolve, CellError> {

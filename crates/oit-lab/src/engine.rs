@@ -12,6 +12,7 @@ use oit_scene::{Camera, Mesh, Scene, Shading};
 
 use crate::cpu_engine::CpuEngine;
 use crate::gpu_engine::GpuEngine;
+use crate::method::MethodChoice;
 use crate::technique::Technique;
 
 /// Why a cell has no result.
@@ -125,7 +126,7 @@ pub struct Ready(pub usize);
 /// What making it ready came to.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Preparation {
-    /// The array size of its deepest program.
+    /// The array size of its deepest program; 0 for methods, which have no pool either.
     pub max_frags: u32,
     /// Room in the pool at first, in slots.
     pub pool_initial: u64,
@@ -137,7 +138,7 @@ pub struct Preparation {
     pub memory: Option<Memory>,
     /// Milliseconds until its pipelines were ready.
     pub prepare_ms: f64,
-    /// Its resolve programs, one an interval from the shallowest; empty on the CPU, which has none.
+    /// Its resolve programs, one an interval from the shallowest; empty on the CPU and for methods.
     pub programs: Vec<Program>,
 }
 
@@ -146,10 +147,16 @@ pub struct Preparation {
 pub struct Memory {
     /// Of all its buffers and targets.
     pub all_bytes: u64,
-    /// Of the buffers that hold the layered fragment buffer: what a resolve reads.
-    pub lfb_bytes: u64,
+    /// Of the buffers that hold the layered fragment buffer: what a resolve reads. `None` for methods,
+    /// which have none.
+    pub lfb_bytes: Option<u64>,
     /// The most at once: with the first pool, where a second took its place.
     pub peak_bytes: u64,
+}
+
+/// Why a method cannot go by fragments that were captured before.
+pub(crate) fn draws_itself(choice: &MethodChoice) -> CellError {
+    CellError::Unsupported(format!("{choice} draws the scene itself; stored fragments have none"))
 }
 
 /// Runs techniques on one view at a time.
@@ -190,7 +197,7 @@ pub trait Engine {
     /// The fragments its last run captured, in the order its resolve meets them.
     ///
     /// # Errors
-    /// Where the device fails, or what it captured is damaged.
+    /// Where it is a method, which captures none, or the device fails, or what it captured is damaged.
     fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError>;
 }
 

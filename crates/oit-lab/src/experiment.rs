@@ -14,9 +14,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::engine::FrameSize;
+use crate::method::{MethodChoice, methods, parse_method};
 use crate::technique::{
-    IntervalChoice, MaxFrags, Pool, Schedule, Stage, Technique, TechniqueError, parse_capture,
-    parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage, parse_ties, unknown,
+    IntervalChoice, MaxFrags, Pool, Schedule, Sorted, Stage, Technique, TechniqueError,
+    parse_capture, parse_intervals, parse_max_frags, parse_pool, parse_schedule, parse_stage,
+    parse_ties, unknown,
 };
 
 /// Values that replace a scene's parameters.
@@ -83,6 +85,10 @@ pub struct Profile {
     pub warmup_ms: u64,
     /// Seconds after which a step of a cell is given up as hung.
     pub timeout_s: u64,
+    /// Whether structural similarity and FLIP of approximate pictures are recorded. FLIP takes a second
+    /// or more of a cell at 1920x1080.
+    #[serde(default)]
+    pub perceptual: bool,
     /// How frames of camera paths are run.
     #[serde(default)]
     pub path: PathProfile,
@@ -126,6 +132,9 @@ struct SweepFile {
     /// Techniques by name or alias, beside those of the axes.
     #[serde(default)]
     techniques: Vec<Spanned<String>>,
+    /// Methods by name, `all` for every one in its default size. The axes are not theirs.
+    #[serde(default)]
+    methods: Vec<Spanned<String>>,
     #[serde(default)]
     captures: Vec<Spanned<String>>,
     #[serde(default)]
@@ -425,6 +434,9 @@ impl SweepFile {
         for word in &self.techniques {
             techniques.push(place.technique(word, word.get_ref().parse())?);
         }
+        let all: Vec<MethodChoice> = methods().map(MethodChoice::new).collect();
+        let methods = place.axis(&self.methods, &[], &all, parse_method)?;
+        techniques.extend(methods.into_iter().map(Technique::Method));
         if self.sorts.is_empty() {
             let axes = [&self.captures, &self.schedules, &self.stages, &self.ties];
             if let Some(word) = axes.iter().find_map(|axis| axis.first()) {
@@ -480,15 +492,17 @@ impl SweepFile {
                                     // Of `all` schedules those that have intervals.
                                     let intervals =
                                         intervals.iter().filter(|i| schedule.admits(i).is_ok());
-                                    techniques.extend(intervals.map(|intervals| Technique {
-                                        capture,
-                                        schedule,
-                                        sort: sort.clone(),
-                                        stage,
-                                        max_frags,
-                                        ties,
-                                        pool,
-                                        intervals: intervals.clone(),
+                                    techniques.extend(intervals.map(|intervals| {
+                                        Technique::Sorted(Sorted {
+                                            capture,
+                                            schedule,
+                                            sort: sort.clone(),
+                                            stage,
+                                            max_frags,
+                                            ties,
+                                            pool,
+                                            intervals: intervals.clone(),
+                                        })
                                     }));
                                 }
                             }

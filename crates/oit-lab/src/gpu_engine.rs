@@ -11,8 +11,11 @@ use oit_record::{DeviceInfo, Unsupported};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
-use crate::engine::{CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData};
-use crate::technique::{PoolPolicy, Stage, Technique};
+use crate::engine::{
+    CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
+};
+use crate::method::MethodChoice;
+use crate::technique::{PoolPolicy, Sorted, Stage, Technique};
 
 /// A GPU and the view open on it.
 pub(crate) struct GpuEngine {
@@ -37,7 +40,8 @@ struct ReadyPlan {
     plan: PlanId,
     /// What resolves, where the plan does not.
     cuda: Option<CudaResolve>,
-    capture: &'static dyn Capture,
+    /// What captured its fragments; `None` for methods, which keep none.
+    capture: Option<&'static dyn Capture>,
     pool_slots: u64,
 }
 
@@ -80,10 +84,7 @@ impl GpuEngine {
 
     /// Sees to it that the open view's fragments are laid out as the technique's capture would leave
     /// them, if they were captured before. Returns where they are in [`OpenView::stored`].
-    fn lay_out(
-        &mut self,
-        technique: &Technique,
-    ) -> Result<(&'static str, Option<Lists>), CellError> {
+    fn lay_out(&mut self, technique: &Sorted) -> Result<(&'static str, Option<Lists>), CellError> {
         let capture = technique.capture;
         let view = self.view.as_mut().ok_or_else(no_view)?;
         let lists = lists(technique, view.data.size, view.histogram.peak())?;
@@ -101,7 +102,7 @@ impl GpuEngine {
     /// the milliseconds until its pipelines were ready.
     fn attempt(
         &mut self,
-        technique: &Technique,
+        technique: &Sorted,
         pool_slots: u64,
     ) -> Result<(PlanId, Usage, f64), CellError> {
         let key = self.lay_out(technique)?;
@@ -132,7 +133,7 @@ impl GpuEngine {
     /// What a plan, and the attempt before it, take of the device.
     fn memory(
         &self,
-        capture: &dyn Capture,
+        capture: Option<&dyn Capture>,
         attempt: Option<PlanId>,
         plan: PlanId,
     ) -> Result<Memory, CellError> {
@@ -141,9 +142,11 @@ impl GpuEngine {
         };
         let resources = self.device.resource_bytes(plan)?;
         let all_bytes = sum(&mut resources.iter());
-        let layout = capture.layout_wgsl();
-        let is_read = |name: &str| layout.contains(&format!("> {name}:"));
-        let lfb_bytes = sum(&mut resources.iter().filter(|(name, _)| is_read(name)));
+        let lfb_bytes = capture.map(|capture| {
+            let layout = capture.layout_wgsl();
+            let is_read = |name: &str| layout.contains(&format!("> {name}:"));
+            sum(&mut resources.iter().filter(|(name, _)| is_read(name)))
+        });
         // What both have in common is there once.
         let first = match attempt {
             Some(attempt) => self.device.resource_bytes(attempt)?,
@@ -151,6 +154,88 @@ impl GpuEngine {
         };
         let own = sum(&mut first.iter().filter(|resource| !resources.contains(resource)));
         Ok(Memory { all_bytes, lfb_bytes, peak_bytes: all_bytes + own })
+    }
+
+    fn prepare_sorted(&mut self, technique: &Sorted) -> Result<(Ready, Preparation), CellError> {
+        let view = self.view()?;
+        let whole = slots(technique, view.data.size, &view.counts, &view.histogram)?;
+        let peak = view.histogram.peak();
+        let max_frags = intervals(technique, peak)?.deepest();
+        let is_stored = matches!(view.data.source, Source::Stored(_));
+        let percent = u64::from(technique.pool.percent);
+        if is_stored && percent != 100 {
+            return Err(CellError::Unsupported("stored fragments are all there".into()));
+        }
+        let (size, peak) = (view.data.size, view.histogram.peak());
+        let in_cuda = technique.stage == Stage::Cuda;
+        if in_cuda {
+            self.cuda.check(&*self.device, technique, size, peak)?;
+        }
+        let pool_initial = whole.saturating_mul(percent).div_ceil(100).max(1);
+        let (mut plan, usage, mut prepare_ms) = self.attempt(technique, pool_initial)?;
+        let (mut attempt, mut pool_slots) = (None, pool_initial);
+        if usage.slots > pool_initial && technique.pool.policy == PoolPolicy::Grow {
+            pool_slots = usage.slots.max(whole);
+            let (second, again, more_ms) = self.attempt(technique, pool_slots)?;
+            if again.slots > pool_slots {
+                return Err(CellError::Failed(format!(
+                    "{} slots were needed, then {}",
+                    usage.slots, again.slots
+                )));
+            }
+            attempt = Some(std::mem::replace(&mut plan, second));
+            prepare_ms += more_ms;
+        }
+        let mut memory = self.memory(Some(technique.capture), attempt, plan)?;
+        let mut cuda = None;
+        if in_cuda {
+            let started = Instant::now();
+            let kernel = self.cuda.compile(&*self.device, technique, size, peak)?;
+            prepare_ms += started.elapsed().as_secs_f64() * 1e3;
+            let resolve = self.cuda.copy(&mut *self.device, plan, technique, kernel, size)?;
+            self.cuda.run(&resolve)?;
+            let (copy, image) = self.cuda.memory_bytes(&resolve);
+            memory.all_bytes += copy + image;
+            memory.peak_bytes += copy + image;
+            cuda = Some(resolve);
+        }
+        let preparation = Preparation {
+            max_frags,
+            pool_initial,
+            pool_final: pool_slots,
+            pool_grown: u32::from(attempt.is_some()),
+            memory: Some(memory),
+            prepare_ms,
+            programs: programs(technique, peak, &self.device.compiled(plan)?)?,
+        };
+        let capture = Some(technique.capture);
+        let view = self.view.as_mut().expect("it was open above");
+        view.ready.push(ReadyPlan { attempt, plan, cuda, capture, pool_slots });
+        Ok((Ready(view.ready.len() - 1), preparation))
+    }
+
+    fn prepare_method(&mut self, choice: &MethodChoice) -> Result<(Ready, Preparation), CellError> {
+        let view = self.view()?;
+        let Source::Scene(scene) = &view.data.source else { return Err(draws_itself(choice)) };
+        let plan = choice.plan(&scene.geometry, view.data.size, &view.histogram)?;
+        let started = Instant::now();
+        let plan = self.device.prepare(&plan)?;
+        let prepare_ms = started.elapsed().as_secs_f64() * 1e3;
+        self.device.poison(plan)?;
+        self.device.run(plan)?;
+        let preparation = Preparation {
+            max_frags: 0,
+            pool_initial: 0,
+            pool_final: 0,
+            pool_grown: 0,
+            memory: Some(self.memory(None, None, plan)?),
+            prepare_ms,
+            programs: Vec::new(),
+        };
+        let view = self.view.as_mut().expect("it was open above");
+        let ready = ReadyPlan { attempt: None, plan, cuda: None, capture: None, pool_slots: 0 };
+        view.ready.push(ready);
+        Ok((Ready(view.ready.len() - 1), preparation))
     }
 }
 
@@ -244,61 +329,10 @@ impl Engine for GpuEngine {
     }
 
     fn prepare(&mut self, technique: &Technique) -> Result<(Ready, Preparation), CellError> {
-        let view = self.view()?;
-        let whole = slots(technique, view.data.size, &view.counts, &view.histogram)?;
-        let peak = view.histogram.peak();
-        let max_frags = intervals(technique, peak)?.deepest();
-        let is_stored = matches!(view.data.source, Source::Stored(_));
-        let percent = u64::from(technique.pool.percent);
-        if is_stored && percent != 100 {
-            return Err(CellError::Unsupported("stored fragments are all there".into()));
+        match technique {
+            Technique::Sorted(sorted) => self.prepare_sorted(sorted),
+            Technique::Method(choice) => self.prepare_method(choice),
         }
-        let (size, peak) = (view.data.size, view.histogram.peak());
-        let in_cuda = technique.stage == Stage::Cuda;
-        if in_cuda {
-            self.cuda.check(&*self.device, technique, size, peak)?;
-        }
-        let pool_initial = whole.saturating_mul(percent).div_ceil(100).max(1);
-        let (mut plan, usage, mut prepare_ms) = self.attempt(technique, pool_initial)?;
-        let (mut attempt, mut pool_slots) = (None, pool_initial);
-        if usage.slots > pool_initial && technique.pool.policy == PoolPolicy::Grow {
-            pool_slots = usage.slots.max(whole);
-            let (second, again, more_ms) = self.attempt(technique, pool_slots)?;
-            if again.slots > pool_slots {
-                return Err(CellError::Failed(format!(
-                    "{} slots were needed, then {}",
-                    usage.slots, again.slots
-                )));
-            }
-            attempt = Some(std::mem::replace(&mut plan, second));
-            prepare_ms += more_ms;
-        }
-        let mut memory = self.memory(technique.capture, attempt, plan)?;
-        let mut cuda = None;
-        if in_cuda {
-            let started = Instant::now();
-            let kernel = self.cuda.compile(&*self.device, technique, size, peak)?;
-            prepare_ms += started.elapsed().as_secs_f64() * 1e3;
-            let resolve = self.cuda.copy(&mut *self.device, plan, technique, kernel, size)?;
-            self.cuda.run(&resolve)?;
-            let (copy, image) = self.cuda.memory_bytes(&resolve);
-            memory.all_bytes += copy + image;
-            memory.peak_bytes += copy + image;
-            cuda = Some(resolve);
-        }
-        let preparation = Preparation {
-            max_frags,
-            pool_initial,
-            pool_final: pool_slots,
-            pool_grown: u32::from(attempt.is_some()),
-            memory: Some(memory),
-            prepare_ms,
-            programs: programs(technique, peak, &self.device.compiled(plan)?)?,
-        };
-        let capture = technique.capture;
-        let view = self.view.as_mut().expect("it was open above");
-        view.ready.push(ReadyPlan { attempt, plan, cuda, capture, pool_slots });
-        Ok((Ready(view.ready.len() - 1), preparation))
     }
 
     fn run(&mut self, ready: Ready) -> Result<Timing, CellError> {
@@ -332,6 +366,8 @@ impl Engine for GpuEngine {
     fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError> {
         let (plan, size) = self.ready(ready)?;
         let (id, capture, pool) = (plan.plan, plan.capture, plan.pool_slots);
+        let capture =
+            capture.ok_or_else(|| CellError::Failed("a method captures no fragments".into()))?;
         let unpacked =
             with_reader(&mut *self.device, id, size, pool, |reader| capture.unpack(reader))?;
         Ok(unpacked)

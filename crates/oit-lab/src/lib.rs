@@ -1,7 +1,8 @@
 //! Technique registry, experiments, runner, verification.
 //!
-//! The harness knows no technique by name: captures, sorts and schedules are registries, a
-//! technique is a point on their axes, and a cell is a technique on one view of a scene.
+//! The harness knows no technique by name: captures, sorts, schedules and methods are registries, a
+//! technique is a point on the axes of the first three or a method, and a cell is a technique on one
+//! view of a scene.
 
 mod array_probe;
 mod assemble;
@@ -12,6 +13,7 @@ mod engine;
 mod experiment;
 mod gpu_engine;
 mod kept;
+mod method;
 pub mod provenance;
 mod runner;
 mod stored;
@@ -36,14 +38,15 @@ pub use experiment::{
     Experiment, ExperimentError, Overrides, PathProfile, PlannedCell, Profile, ProfileName,
     list_experiments, scene_name,
 };
+pub use method::{MethodChoice, methods, parse_method};
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
 pub use stored::{
     DEEP_EXTENSION, Origin, STORED_VIEW, Stored, StoredError, is_stored, load_stored, stored_entry,
 };
 pub use technique::{
-    ALIASES, DEEPEST, IntervalChoice, MaxFrags, Pool, PoolPolicy, Schedule, Stage, Technique,
-    TechniqueError, parse_capture, parse_intervals, parse_max_frags, parse_pool, parse_schedule,
-    parse_stage, parse_ties,
+    ALIASES, DEEPEST, IntervalChoice, MaxFrags, Pool, PoolPolicy, Schedule, Sorted, Stage,
+    Technique, TechniqueError, parse_capture, parse_intervals, parse_max_frags, parse_pool,
+    parse_schedule, parse_stage, parse_ties,
 };
 pub use tune::{TuneError, tune};
 pub use tuner::Tuner;

@@ -158,6 +158,7 @@ pub fn run(
     let mut session = Session {
         setup,
         samples: experiment.profile(setup.profile).samples,
+        perceptual: experiment.profile(setup.profile).perceptual,
         warmup_ms: experiment.profile(setup.profile).warmup_ms,
         frame_warmup_ms: experiment.profile(setup.profile).path.warmup_ms,
         warm: None,
@@ -258,6 +259,7 @@ enum End {
 struct Session<'a> {
     setup: &'a Setup,
     samples: u32,
+    perceptual: bool,
     warmup_ms: u64,
     /// Of a frame of a camera path that follows another.
     frame_warmup_ms: Option<u64>,
@@ -437,7 +439,9 @@ impl Session<'_> {
         let check = self.states[cell].verdict.is_none().then_some(check);
         let keep = self.cells[cell].keep_images;
         let images = keep.then(|| kept::stem(&self.setup.out, &self.cells[cell].cell));
-        let reply = client.ask(&Request::Prepare { cell, technique, check, images }, self.timeout);
+        let perceptual = self.perceptual;
+        let request = Request::Prepare { cell, technique, check, perceptual, images };
+        let reply = client.ask(&request, self.timeout);
         match reply {
             Ok(Reply::Prepared(prepared)) => {
                 let Prepared { verification, programs } = *prepared;

@@ -1,19 +1,31 @@
-//! A technique's coordinate: what is captured how, which pixels run which program, how they sort.
+//! A technique's name: a coordinate, which says what is captured how, which pixels run which program
+//! and how they sort; or that of a method.
 
 use std::fmt;
 use std::str::FromStr;
 
 use oit_bma::{Intervals, MOST_INTERVALS};
-use oit_capture::Capture;
+use oit_capture::{Capture, Method};
 use oit_fragments::Ties;
 use oit_scene::nearest;
 use oit_sort::{ChoiceError, SortChoice};
 
-/// One technique: a point on every axis. Its name is that point, axis by axis:
-/// `capture/schedule/sort/stage/max`, then what is not the default: `ties-depth`, `poolN` or
-/// `poolN-drop`, `intervalsA-B-C` or `intervals-optimal`.
+use crate::method::{MethodChoice, methods, parse_method};
+
+/// One technique, by its name.
 #[derive(Clone)]
-pub struct Technique {
+pub enum Technique {
+    /// It captures fragments and sorts them: a point on every axis.
+    Sorted(Sorted),
+    /// It is one whole.
+    Method(MethodChoice),
+}
+
+/// A technique that captures fragments, sorts and composites them: a point on every axis. Its name is
+/// that point, axis by axis: `capture/schedule/sort/stage/max`, then what is not the default:
+/// `ties-depth`, `poolN` or `poolN-drop`, `intervalsA-B-C` or `intervals-optimal`.
+#[derive(Clone)]
+pub struct Sorted {
     /// How fragments are captured.
     pub capture: &'static dyn Capture,
     /// Which pixels run which program.
@@ -268,7 +280,7 @@ pub const ALIASES: &[(&str, &str)] = &[
     ("CUDA-RBS-L", "linked_list/base/rbs/cuda/peak/ties-depth"),
 ];
 
-impl Technique {
+impl Sorted {
     /// Its schedule as names have it: with how pixels are grouped in its stage.
     #[must_use]
     pub fn schedule_name(&self) -> &'static str {
@@ -283,7 +295,7 @@ impl Technique {
     }
 }
 
-impl fmt::Display for Technique {
+impl fmt::Display for Sorted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let schedule = self.schedule_name();
         let stage = self.stage.name();
@@ -302,9 +314,36 @@ impl fmt::Display for Technique {
     }
 }
 
+impl fmt::Debug for Sorted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sorted(sorted) => sorted.fmt(f),
+            Self::Method(choice) => choice.fmt(f),
+        }
+    }
+}
+
 impl fmt::Debug for Technique {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)
+    }
+}
+
+impl From<Sorted> for Technique {
+    fn from(sorted: Sorted) -> Self {
+        Self::Sorted(sorted)
+    }
+}
+
+impl From<MethodChoice> for Technique {
+    fn from(choice: MethodChoice) -> Self {
+        Self::Method(choice)
     }
 }
 
@@ -337,6 +376,16 @@ pub enum TechniqueError {
         word: String,
         /// What is wrong with it.
         why: String,
+    },
+    /// What stands after a method's name is not its size.
+    #[error("{name} has no size {word:?}: {expected}")]
+    Size {
+        /// The method.
+        name: &'static str,
+        /// What stands there.
+        word: String,
+        /// What may stand there.
+        expected: String,
     },
     /// Intervals for a schedule that has but one program.
     #[error("{schedule} has one program for all pixels: {intervals} has no meaning with it")]
@@ -475,6 +524,28 @@ impl FromStr for Technique {
     type Err = TechniqueError;
 
     fn from_str(text: &str) -> Result<Self, TechniqueError> {
+        if ALIASES.iter().any(|(alias, _)| *alias == text) {
+            return Ok(Self::Sorted(text.parse()?));
+        }
+        // A coordinate has five parts at least. One that lacks some begins with a capture all the same.
+        let mut parts = text.split('/');
+        let first = parts.next().unwrap_or_default();
+        if parts.count() > 1 || oit_capture::capture(first).is_ok() {
+            return Ok(Self::Sorted(text.parse()?));
+        }
+        if methods().all(|method| method.name() != first) && first == text {
+            let aliases = ALIASES.iter().map(|(alias, _)| *alias);
+            let valid = methods().map(Method::name).chain(aliases);
+            return Err(unknown("method or alias", first, valid));
+        }
+        Ok(Self::Method(parse_method(text)?))
+    }
+}
+
+impl FromStr for Sorted {
+    type Err = TechniqueError;
+
+    fn from_str(text: &str) -> Result<Self, TechniqueError> {
         if let Some((_, name)) = ALIASES.iter().find(|(alias, _)| *alias == text) {
             return name.parse();
         }
@@ -563,6 +634,51 @@ mod tests {
         }
         for (alias, name) in ALIASES {
             assert_eq!(alias.parse::<Technique>().unwrap().to_string(), *name);
+        }
+    }
+
+    #[test]
+    fn methods_have_names_too() {
+        for method in methods() {
+            let name = method.name();
+            let technique: Technique = name.parse().unwrap();
+            let Technique::Method(choice) = &technique else { panic!("{name} is a coordinate") };
+            assert_eq!((choice.method.name(), choice.size), (name, None));
+            assert_eq!(technique.to_string(), name);
+            // A coordinate's first word is never a method's.
+            assert!(oit_capture::capture(name).is_err(), "{name}");
+            assert_eq!(methods().filter(|other| other.name() == name).count(), 1, "{name}");
+            if let Some(size) = method.size() {
+                for n in [*size.range.start(), *size.range.end()] {
+                    let sized = format!("{name}/{}{n}", size.word);
+                    assert_eq!(sized.parse::<Technique>().unwrap().to_string(), sized);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_mistake_in_a_method_is_named() {
+        let error = |text: &str| text.parse::<Technique>().unwrap_err().to_string();
+        let cases = [
+            ("dual_pel", "no method or alias is called \"dual_pel\"; there is dual_peel"),
+            ("dual_pel/passes4", "no method is called \"dual_pel\"; there is dual_peel"),
+            ("dual_peel/pases4", "dual_peel has no size \"pases4\": it is passesN"),
+            ("dual_peel/passes", "no size \"passes\": it is passesN, N from 1 to 1024"),
+            ("dual_peel/passes0", "N from 1 to 1024"),
+            ("dual_peel/passes1025", "N from 1 to 1024"),
+            ("dual_peel/passes+4", "N from 1 to 1024"),
+            ("dual_peel/passes04", "N from 1 to 1024"),
+            ("dual_peel/passes99999999999", "N from 1 to 1024"),
+            ("hybrid/passes4", "hybrid has no size \"passes4\": it is kN, N from 1 to 256"),
+            ("weighted/k8", "weighted has no size \"k8\": it has none"),
+            ("dual_peel/passes4/x", "capture/schedule/sort/stage/max"),
+            ("BMA-RBS", "BMA-RBS-L"),
+            ("", "no method or alias is called \"\""),
+        ];
+        for (text, expected) in cases {
+            let said = error(text);
+            assert!(said.contains(expected), "{text}: {said}");
         }
     }
 

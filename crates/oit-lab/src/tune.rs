@@ -8,7 +8,7 @@ use oit_record::{Event, Record, Verdict};
 
 use crate::assemble::{intervals, sort_spec};
 use crate::runner::samples_by_cell;
-use crate::technique::{IntervalChoice, MaxFrags, Pool, Schedule, Technique};
+use crate::technique::{IntervalChoice, MaxFrags, Pool, Schedule, Sorted};
 use crate::tuning::{Fastest, FromRun, IntervalCost, PixelCost, Tuning};
 
 /// Why runs are no tuning.
@@ -62,7 +62,7 @@ pub fn tune(records: &[Record]) -> Result<Vec<Tuning>, TuneError> {
 
 /// A cell that says something.
 struct Measured {
-    technique: Technique,
+    technique: Sorted,
     group: String,
     frame_px: u64,
     /// Fragments of each covered pixel.
@@ -103,7 +103,7 @@ fn measured(record: &Record) -> Vec<Measured> {
         let group = cell.group();
         let Some(&(depth, pixels)) = views.get(group.as_str()) else { continue };
         // A record may be older than this program, or hold what has no such name.
-        let Ok(technique) = cell.technique.parse::<Technique>() else { continue };
+        let Ok(technique) = cell.technique.parse::<Sorted>() else { continue };
         if !technique.schedule.has_intervals() || technique.pool != Pool::WHOLE {
             continue;
         }
@@ -154,8 +154,8 @@ fn of_run(record: &Record) -> Tuning {
 }
 
 /// Capture, stage and tie rule.
-fn words(technique: &Technique) -> (String, String, String) {
-    let Technique { capture, stage, ties, .. } = technique;
+fn words(technique: &Sorted) -> (String, String, String) {
+    let Sorted { capture, stage, ties, .. } = technique;
     (capture.name().to_owned(), stage.name().to_owned(), ties.name().to_owned())
 }
 

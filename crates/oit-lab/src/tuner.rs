@@ -10,7 +10,7 @@ use oit_sort::{SortChoice, SortPart};
 
 use crate::assemble::intervals;
 use crate::engine::{CellError, FrameSize};
-use crate::technique::{IntervalChoice, Stage, Technique};
+use crate::technique::{IntervalChoice, Sorted, Stage, Technique};
 use crate::tuning::{Tuning, TuningError, tuning_path};
 
 /// A device's tuning, or why there is none. Without one, techniques that leave nothing open are what
@@ -55,7 +55,7 @@ impl Tuner {
         Self { tuning: Err(reason.to_owned()) }
     }
 
-    /// The technique with everything chosen: itself, where it leaves nothing open.
+    /// The technique with everything chosen: itself, where it leaves nothing open, as methods do.
     ///
     /// # Errors
     /// [`CellError::Unsupported`] where what it asks for was not measured on the device.
@@ -65,6 +65,18 @@ impl Tuner {
         histogram: &DepthHistogram,
         size: FrameSize,
     ) -> Result<Technique, CellError> {
+        match technique {
+            Technique::Sorted(sorted) => Ok(self.choose_sorted(sorted, histogram, size)?.into()),
+            Technique::Method(_) => Ok(technique.clone()),
+        }
+    }
+
+    fn choose_sorted(
+        &self,
+        technique: &Sorted,
+        histogram: &DepthHistogram,
+        size: FrameSize,
+    ) -> Result<Sorted, CellError> {
         let mut chosen = technique.clone();
         let is_auto = technique.sort.is_auto();
         if !is_auto && technique.intervals != IntervalChoice::Optimal {
@@ -102,6 +114,7 @@ impl Tuner {
         histogram: &DepthHistogram,
         size: FrameSize,
     ) -> Option<f64> {
+        let Technique::Sorted(technique) = technique else { return None };
         let tuning = self.tuning.as_ref().ok()?;
         if !technique.schedule.has_intervals() {
             return None;
@@ -114,7 +127,7 @@ impl Tuner {
 }
 
 /// What is asked of a tuning, for errors.
-fn asked(tuning: &Tuning, technique: &Technique) -> String {
+fn asked(tuning: &Tuning, technique: &Sorted) -> String {
     let Tuning { device, backend, .. } = tuning;
     let (capture, stage) = (technique.capture.name(), technique.stage.name());
     let ties = technique.ties.name();
@@ -122,7 +135,7 @@ fn asked(tuning: &Tuning, technique: &Technique) -> String {
 }
 
 /// Pixels as a technique's programs meet them: of those deeper than its arrays, what these hold.
-fn held(technique: &Technique, histogram: &DepthHistogram) -> DepthHistogram {
+fn held(technique: &Sorted, histogram: &DepthHistogram) -> DepthHistogram {
     let most = technique.max_frags.for_peak(histogram.peak()) as usize;
     let mut pixels = histogram.pixels.clone();
     if pixels.len() > most + 1 {
@@ -134,7 +147,7 @@ fn held(technique: &Technique, histogram: &DepthHistogram) -> DepthHistogram {
 
 /// The choice that `auto` stands for: for each size that was measured the fastest strategy, up to
 /// that size.
-fn fastest(tuning: &Tuning, technique: &Technique) -> Result<SortChoice, String> {
+fn fastest(tuning: &Tuning, technique: &Sorted) -> Result<SortChoice, String> {
     let wanted = (technique.capture.name(), technique.stage.name(), technique.ties.name());
     let entry = tuning
         .fastest
@@ -160,7 +173,7 @@ fn fastest(tuning: &Tuning, technique: &Technique) -> Result<SortChoice, String>
 /// of `peak` fragments.
 fn model(
     tuning: &Tuning,
-    technique: &Technique,
+    technique: &Sorted,
     peak: u32,
     size: FrameSize,
 ) -> Result<(CostModel, f64), String> {

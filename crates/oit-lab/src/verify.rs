@@ -1,7 +1,9 @@
 //! Every cell against the oracle, before it is timed.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
+use oit_capture::Accuracy;
 use oit_fragments::{Lfb, MultisetDifference, Ties, oracle};
 use oit_image::{Difference, Image, compare};
 use oit_record::{Verdict, Verification};
@@ -9,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::assemble::{array, intervals, rewrites, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
-use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Technique};
+use crate::method::MethodChoice;
+use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Sorted, Technique};
 
 /// How far a colour channel of an exact technique may be from the oracle. Its arithmetic is single
 /// precision, the oracle's double; the tolerance is four hundred times finer than an 8-bit step.
@@ -25,13 +28,27 @@ pub enum Check {
     All,
 }
 
+/// Pixels whose picture cannot be told from right or wrong where depth alone is compared.
+struct Tied {
+    pixels: Vec<bool>,
+    count_px: u64,
+}
+
+impl Tied {
+    fn new(pixels: Vec<bool>) -> Self {
+        let count_px = pixels.iter().filter(|tied| **tied).count() as u64;
+        Self { pixels, count_px }
+    }
+}
+
 /// The oracle's picture of the open view, and what has been compared with it.
 pub struct Verifier {
     reference: Lfb,
     peak: u32,
     picture: Vec<[f64; 4]>,
-    tied: Vec<bool>,
-    tied_px: u64,
+    tied: Tied,
+    /// Where any fragments share a depth, once a method asked.
+    shared: OnceCell<Tied>,
     captures: HashMap<(&'static str, Schedule, IntervalChoice, u64), MultisetDifference>,
 }
 
@@ -48,12 +65,11 @@ impl Verifier {
                 "the reference capture and the count pass differ on {differ} pixels"
             )));
         }
-        let tied = oracle::depth_tied_pixels(&reference);
         Ok(Self {
             peak: reference.histogram().peak(),
             picture: oracle::composite(&reference),
-            tied_px: tied.iter().filter(|tied| **tied).count() as u64,
-            tied,
+            tied: Tied::new(oracle::depth_tied_pixels(&reference)),
+            shared: OnceCell::new(),
             reference,
             captures: HashMap::new(),
         })
@@ -86,7 +102,8 @@ impl Verifier {
     }
 
     /// Compares the last run of a technique with the oracle. Where a picture cannot decide, because
-    /// the pool drops fragments or the technique is not meant to be exact, all is compared.
+    /// the pool drops fragments or the technique is not meant to be exact, all is compared. Of a method
+    /// only its picture is ever compared, and its second run where all is.
     ///
     /// # Errors
     /// Where its picture or its fragments cannot be read.
@@ -95,6 +112,24 @@ impl Verifier {
         check: Check,
         engine: &mut dyn Engine,
         technique: &Technique,
+        ready: Ready,
+        preparation: &Preparation,
+    ) -> Result<Verification, CellError> {
+        match technique {
+            Technique::Sorted(sorted) => {
+                self.verify_sorted(check, engine, sorted, ready, preparation)
+            }
+            Technique::Method(choice) => {
+                self.verify_method(check, engine, choice, ready, preparation)
+            }
+        }
+    }
+
+    fn verify_sorted(
+        &mut self,
+        check: Check,
+        engine: &mut dyn Engine,
+        technique: &Sorted,
         ready: Ready,
         preparation: &Preparation,
     ) -> Result<Verification, CellError> {
@@ -121,22 +156,18 @@ impl Verifier {
             }
             _ => None,
         };
-        let repeat_differs_px = if all_checked {
-            engine.run(ready)?;
-            let again = engine.picture(ready)?;
-            let pairs = image.pixels.iter().zip(&again.pixels);
-            Some(pairs.filter(|(a, b)| bits(**a) != bits(**b)).count() as u64)
-        } else {
-            None
-        };
+        let repeat_differs_px =
+            all_checked.then(|| repeat_differs_px(engine, ready, &image)).transpose()?;
         let all = difference(&image, &self.picture)?;
         let depth_only = technique.ties == Ties::Depth;
-        let decisive =
-            if depth_only && self.tied_px > 0 && bound.is_none_or(|bound| !within(bound, &all)) {
-                difference(&self.without_tied(image), &self.picture)?
-            } else {
-                all
-            };
+        let decisive = if depth_only
+            && self.tied.count_px > 0
+            && bound.is_none_or(|bound| !within(bound, &all))
+        {
+            difference(&self.without(&self.tied, image), &self.picture)?
+        } else {
+            all
+        };
         let (verdict, note) = if let Some(own) = of_stored {
             let note = format!("its picture is not that of what it stored: {}", off(&own));
             (Verdict::Wrong, Some(note))
@@ -154,34 +185,61 @@ impl Verifier {
         } else if let Some(inexact) = inexact {
             (Verdict::Approximate, Some(inexact.reason))
         } else {
-            let tied = (depth_only && self.tied_px > 0).then(|| {
-                let tied = self.tied_px;
+            let tied = (depth_only && self.tied.count_px > 0).then(|| {
+                let tied = self.tied.count_px;
                 format!("exact but for {tied} pixels on which unlike fragments share a depth")
             });
             (Verdict::Exact, tied)
         };
         Ok(Verification {
-            verdict,
             note,
-            wrong_px: all.wrong_px,
-            max_error: finite(all.max_color_error),
-            rmse: finite(all.rmse),
-            max_alpha_error: finite(all.max_alpha_error),
             fragments_missing: fragments.missing,
             fragments_extra: fragments.extra,
             fragments_compared: all_checked,
-            tied_px: if depth_only { self.tied_px } else { 0 },
-            max_frags: preparation.max_frags,
-            pool_initial: preparation.pool_initial,
-            pool_final: preparation.pool_final,
-            pool_grown: preparation.pool_grown,
-            memory_bytes: preparation.memory.map_or(0, |memory| memory.all_bytes),
-            lfb_bytes: preparation.memory.map(|memory| memory.lfb_bytes),
-            peak_bytes: preparation.memory.map(|memory| memory.peak_bytes),
+            tied_px: if depth_only { self.tied.count_px } else { 0 },
             repeat_differs_px,
-            prepare_ms: preparation.prepare_ms,
-            tuned: None,
-            predicted_ns: None,
+            ..verification(verdict, &all, preparation)
+        })
+    }
+
+    fn verify_method(
+        &self,
+        check: Check,
+        engine: &mut dyn Engine,
+        choice: &MethodChoice,
+        ready: Ready,
+        preparation: &Preparation,
+    ) -> Result<Verification, CellError> {
+        let image = engine.picture(ready)?;
+        let repeat_differs_px =
+            (check == Check::All).then(|| repeat_differs_px(engine, ready, &image)).transpose()?;
+        let all = difference(&image, &self.picture)?;
+        let mut tied_px = 0;
+        let (verdict, note) = match choice.accuracy(&self.reference.histogram()) {
+            Accuracy::Approximate(reason) => (Verdict::Approximate, Some(reason)),
+            Accuracy::Exact if within(EXACT_TOLERANCE, &all) => (Verdict::Exact, None),
+            Accuracy::Exact => (Verdict::Wrong, Some(off(&all))),
+            Accuracy::ExactWithoutTies => {
+                let shared = self
+                    .shared
+                    .get_or_init(|| Tied::new(oracle::depth_shared_pixels(&self.reference)));
+                tied_px = shared.count_px;
+                let decisive = difference(&self.without(shared, image), &self.picture)?;
+                if within(EXACT_TOLERANCE, &decisive) {
+                    let note =
+                        format!("exact but for {tied_px} pixels on which fragments share a depth");
+                    (Verdict::Exact, (tied_px > 0).then_some(note))
+                } else {
+                    (Verdict::Wrong, Some(off(&decisive)))
+                }
+            }
+        };
+        Ok(Verification {
+            note,
+            fragments_compared: false,
+            tied_px,
+            repeat_differs_px,
+            ..verification(verdict, &all, preparation)
         })
     }
 
@@ -190,7 +248,7 @@ impl Verifier {
     fn fragments(
         &mut self,
         engine: &mut dyn Engine,
-        technique: &Technique,
+        technique: &Sorted,
         ready: Ready,
         preparation: &Preparation,
     ) -> Result<MultisetDifference, CellError> {
@@ -213,8 +271,9 @@ impl Verifier {
         Ok(difference)
     }
 
-    fn without_tied(&self, mut image: Image) -> Image {
-        for ((pixel, right), tied) in image.pixels.iter_mut().zip(&self.picture).zip(&self.tied) {
+    /// The picture with the oracle's pixels in place of the tied ones.
+    fn without(&self, tied: &Tied, mut image: Image) -> Image {
+        for ((pixel, right), tied) in image.pixels.iter_mut().zip(&self.picture).zip(&tied.pixels) {
             if *tied {
                 *pixel = right.map(|channel| channel as f32);
             }
@@ -223,7 +282,7 @@ impl Verifier {
     }
 
     /// Why a technique is not meant to be exact on this view, if it is not.
-    fn inexact(&self, technique: &Technique) -> Result<Option<Inexact>, CellError> {
+    fn inexact(&self, technique: &Sorted) -> Result<Option<Inexact>, CellError> {
         let mut early: Option<(&'static str, f32)> = None;
         let intervals = intervals(technique, self.peak)?;
         for interval in intervals.iter() {
@@ -257,6 +316,47 @@ struct Inexact {
     reason: String,
     /// How far any channel may be off, where its strategies say.
     bound: Option<f64>,
+}
+
+/// What is recorded of any technique; of its fragments, as if they were equal and compared.
+fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -> Verification {
+    Verification {
+        verdict,
+        note: None,
+        wrong_px: all.wrong_px,
+        max_error: finite(all.max_color_error),
+        rmse: finite(all.rmse),
+        max_alpha_error: finite(all.max_alpha_error),
+        fragments_missing: 0,
+        fragments_extra: 0,
+        fragments_compared: true,
+        tied_px: 0,
+        max_frags: preparation.max_frags,
+        pool_initial: preparation.pool_initial,
+        pool_final: preparation.pool_final,
+        pool_grown: preparation.pool_grown,
+        memory_bytes: preparation.memory.map_or(0, |memory| memory.all_bytes),
+        lfb_bytes: preparation.memory.and_then(|memory| memory.lfb_bytes),
+        peak_bytes: preparation.memory.map(|memory| memory.peak_bytes),
+        repeat_differs_px: None,
+        prepare_ms: preparation.prepare_ms,
+        tuned: None,
+        predicted_ns: None,
+        ssim: None,
+        flip: None,
+    }
+}
+
+/// Runs again, and counts the pixels that differ from `image` in any bit.
+fn repeat_differs_px(
+    engine: &mut dyn Engine,
+    ready: Ready,
+    image: &Image,
+) -> Result<u64, CellError> {
+    engine.run(ready)?;
+    let again = engine.picture(ready)?;
+    let pairs = image.pixels.iter().zip(&again.pixels);
+    Ok(pairs.filter(|(a, b)| bits(**a) != bits(**b)).count() as u64)
 }
 
 fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError> {

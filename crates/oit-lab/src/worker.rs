@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use oit_fragments::{DepthHistogram, Lfb};
-use oit_record::{DeviceInfo, Program, Verification};
+use oit_record::{DeviceInfo, Program, Verdict, Verification};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
@@ -39,6 +39,8 @@ pub(crate) enum Request {
         cell: usize,
         technique: String,
         check: Option<Check>,
+        /// Whether what an eye makes of its errors is computed too, if it is compared and has some.
+        perceptual: bool,
         /// Where its pictures are kept once it is compared, if they are: see [`kept::keep`].
         images: Option<PathBuf>,
     },
@@ -110,6 +112,14 @@ impl Spent {
     pub fn total_ms(&self) -> f64 {
         self.scene_ms + self.prepare_ms + self.verify_ms + self.render_ms
     }
+}
+
+/// What of a cell that is made ready is asked besides: see [`Request::Prepare`].
+#[derive(Clone, Copy)]
+struct Asked<'a> {
+    check: Option<Check>,
+    perceptual: bool,
+    images: Option<&'a Path>,
 }
 
 #[derive(Default)]
@@ -209,8 +219,9 @@ impl Worker {
                 let size = FrameSize { width_px, height_px };
                 self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, check, images } => {
-                let prepared = self.prepare(cell, &technique, check, images.as_deref())?;
+            Request::Prepare { cell, technique, check, perceptual, images } => {
+                let asked = Asked { check, perceptual, images: images.as_deref() };
+                let prepared = self.prepare(cell, &technique, asked)?;
                 Ok(Reply::Prepared(Box::new(prepared)))
             }
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
@@ -286,8 +297,7 @@ impl Worker {
         &mut self,
         cell: usize,
         technique: &str,
-        check: Option<Check>,
-        images: Option<&Path>,
+        asked: Asked,
     ) -> Result<Prepared, CellError> {
         let technique: Technique =
             technique.parse().map_err(|error| CellError::Failed(format!("{error}")))?;
@@ -298,7 +308,7 @@ impl Worker {
         let predicted_ns = tuner.predicted_ns(&chosen, histogram, *size);
         let tuned = Some(chosen.to_string()).filter(|name| *name != technique.to_string());
         let started = Instant::now();
-        let prepared = self.prepare_and_verify(&chosen, check, images);
+        let prepared = self.prepare_and_verify(&chosen, asked);
         let prepare_ms =
             prepared.as_ref().map_or(0.0, |(_, preparation, _)| preparation.prepare_ms);
         self.spent.prepare_ms += prepare_ms;
@@ -314,15 +324,19 @@ impl Worker {
     fn prepare_and_verify(
         &mut self,
         technique: &Technique,
-        check: Option<Check>,
-        images: Option<&Path>,
+        asked: Asked,
     ) -> Result<(Ready, Preparation, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
-        let verification = match (check, &mut self.verifier, &mut self.engine) {
+        let verification = match (asked.check, &mut self.verifier, &mut self.engine) {
             (Some(check), Some(verifier), Some(engine)) => {
-                let result =
+                let mut result =
                     verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?;
-                if let Some(stem) = images {
+                if asked.perceptual && result.verdict == Verdict::Approximate {
+                    let seen = oit_image::perceptual(&engine.picture(ready)?, verifier.picture())
+                        .map_err(|error| CellError::Failed(error.to_string()))?;
+                    (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
+                }
+                if let Some(stem) = asked.images {
                     let counts: Vec<u32> = verifier.reference().counts().collect();
                     kept::keep(stem, &engine.picture(ready)?, verifier.picture(), &counts)
                         .map_err(|error| CellError::Failed(error.to_string()))?;

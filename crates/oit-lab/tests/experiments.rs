@@ -119,6 +119,36 @@ views = ["planes:front"]
 }
 
 #[test]
+fn methods_stand_beside_the_axes() {
+    let cells = cells(
+        r#"
+[[sweep]]
+techniques = ["BASE-IS", "hybrid/k4"]
+methods = ["dual_peel", "dual_peel/passes4"]
+sorts = ["insertion"]
+stages = ["compute"]
+max_frags = [8, 16]
+views = ["planes:front"]
+[[sweep]]
+methods = ["all"]
+views = ["planes:back"]
+"#,
+    )
+    .expect("a good experiment");
+    let expected = [
+        "linked_list/base/insertion/fragment/peak/ties-depth planes:front@64x32",
+        "hybrid/k4 planes:front@64x32",
+        "dual_peel planes:front@64x32",
+        "dual_peel/passes4 planes:front@64x32",
+        "linked_list/base/insertion/compute/max8 planes:front@64x32",
+        "linked_list/base/insertion/compute/max16 planes:front@64x32",
+    ];
+    assert_eq!(cells[..6], expected);
+    let all = cells[6..].iter().map(|cell| cell.split_once(' ').expect("a technique").0);
+    assert!(all.eq(oit_lab::methods().map(|method| method.name())));
+}
+
+#[test]
 fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
     let error = |sweep: &str| cells(sweep).expect_err("a mistake");
     let cases = [
@@ -149,6 +179,17 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
             "[[sweep]]\nsorts = [\"rs\"]\nintervals = [\"optimal\"]\nviews = []\n",
             "x.toml:15",
             "base has one program",
+        ),
+        ("[[sweep]]\nmethods = [\"dual_pel\"]\nviews = []\n", "x.toml:14", "dual_peel"),
+        (
+            "[[sweep]]\nmethods = [\"all\", \"hybrid/k0\"]\nviews = []\n",
+            "x.toml:14",
+            "N from 1 to 256",
+        ),
+        (
+            "[[sweep]]\nmethods = [\"all\"]\nstages = [\"compute\"]\nviews = []\n",
+            "x.toml:15",
+            "sorts",
         ),
         ("[[sweep]]\nprofiles = [\"fast\"]\nviews = []\n", "x.toml:14", "quick"),
     ];

@@ -1,16 +1,17 @@
 //! Every capture x schedule x sort x stage x tie rule on every device, against the oracle; the
-//! order of submission shuffled; pixels deeper than the array; pools that are too small.
+//! order of submission shuffled; pixels deeper than the array; pools that are too small. And every method.
 
 mod support;
 
-use oit_capture::CAPTURES;
-use oit_fragments::Ties;
+use oit_capture::{Accuracy, CAPTURES, Geometry, Method, MethodRequest};
+use oit_fragments::{DepthHistogram, Lfb, Ties, oracle};
+use oit_gpu::Plan;
 use oit_lab::{
-    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, Pool, Schedule, Source, Stage,
-    Technique, Verifier, ViewData, open_engine,
+    CellError, Engine, FrameSize, IntervalChoice, MaxFrags, MethodChoice, Pool, Schedule, Sorted,
+    Source, Stage, Technique, Verifier, ViewData, methods, open_engine, parse_method,
 };
 use oit_record::{Verdict, Verification};
-use oit_scene::{Camera, Projection, Scene, shuffle_triangles};
+use oit_scene::{Camera, Mesh, Projection, Scene, shuffle_triangles};
 use oit_sort::{STRATEGIES, SortChoice, SortSpec, SortStrategy, store_name};
 
 /// Small, and no multiple of a workgroup or a tile.
@@ -58,7 +59,7 @@ fn all_sorts() -> Vec<SortChoice> {
 
 /// Every technique with the first capture, and every capture with a few sorts: what a capture leaves
 /// is compared fragment by fragment, so that a sort need not meet them all.
-fn all_techniques() -> Vec<Technique> {
+fn all_techniques() -> Vec<Sorted> {
     let few: Vec<SortChoice> = ["insertion", "passthrough", "network+rbs"]
         .map(|sort| sort.parse().expect("a sort"))
         .into();
@@ -70,7 +71,7 @@ fn all_techniques() -> Vec<Technique> {
             for sort in &sorts {
                 for stage in Stage::ALL {
                     for &ties in all_ties {
-                        techniques.push(Technique {
+                        techniques.push(Sorted {
                             capture,
                             schedule,
                             sort: sort.clone(),
@@ -116,7 +117,8 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
             engine.open_view(soup(seed, SIZE)).expect("the view opens");
             let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
             for technique in all_techniques() {
-                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique.clone().into())
+                else {
                     continue;
                 };
                 let inexact =
@@ -304,12 +306,145 @@ fn stored_fragments_are_resolved_as_drawn_ones() {
             if technique.sort.to_string() != "insertion" || technique.ties == Ties::Depth {
                 continue;
             }
+            let technique = technique.into();
             let Some(result) = verify(&mut *engine, &mut verifier, &technique) else { continue };
             assert_eq!(result.verdict, Verdict::Exact, "{id} {technique}: {:?}", result.note);
             ran += 1;
         }
         let every = if id == "cpu" { 2 } else { 5 };
         assert!(ran >= every * 2, "{id} ran {ran} cells");
+    }
+}
+
+/// Every method in its default size, and in one that is mostly too small.
+fn all_methods() -> Vec<MethodChoice> {
+    let sizes = |method: &'static dyn Method| {
+        [None, method.size().map(|_| 2)].map(|size| MethodChoice { method, size })
+    };
+    let mut choices: Vec<MethodChoice> = methods().flat_map(sizes).collect();
+    choices.dedup_by_key(|choice| choice.to_string());
+    choices
+}
+
+/// The soup, and a part of its triangles once more, so that some of its fragments share their depths.
+fn half_tied() -> ViewData {
+    let mut view = soup(0, SIZE);
+    let Source::Scene(scene) = &mut view.source else { panic!("it is drawn") };
+    let mut mesh: Mesh = (*scene.mesh).clone();
+    let again = mesh.indices[..mesh.indices.len() / 24 * 3].to_vec();
+    mesh.indices.extend(again);
+    scene.geometry =
+        Geometry::new(&mesh, &scene.shading, &scene.camera, SIZE.width_px, SIZE.height_px);
+    scene.mesh = mesh.into();
+    view
+}
+
+#[test]
+fn every_method_is_as_accurate_as_it_says() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        for (view, is_tied) in [(soup(0, SIZE), false), (half_tied(), true)] {
+            let histogram = engine.open_view(view).expect("the view opens");
+            let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+            let shared_px = {
+                let shared = oracle::depth_shared_pixels(verifier.reference());
+                shared.iter().filter(|shared| **shared).count() as u64
+            };
+            assert_eq!(shared_px > 0, is_tied);
+            assert!(shared_px < histogram.covered() / 2, "{shared_px} of {}", histogram.covered());
+            let (mut ran, mut exact, mut lost) = (0, 0, 0);
+            for choice in all_methods() {
+                let technique = choice.into();
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
+                let what = format!("{id} {choice}: {result:?}");
+                let accuracy = choice.accuracy(&histogram);
+                let (verdict, tied_px) = match accuracy {
+                    Accuracy::Exact => (Verdict::Exact, 0),
+                    Accuracy::ExactWithoutTies => (Verdict::Exact, shared_px),
+                    Accuracy::Approximate(_) => (Verdict::Approximate, 0),
+                };
+                assert_eq!((result.verdict, result.tied_px), (verdict, tied_px), "{what}");
+                assert!(!result.fragments_compared && result.max_frags == 0, "{what}");
+                assert!(result.repeat_differs_px.is_some(), "{what}");
+                assert_eq!(result.memory_bytes > 0, id != "cpu", "{what}");
+                assert_eq!(result.lfb_bytes, None, "{what}");
+                exact += u32::from(verdict == Verdict::Exact);
+                lost += u32::from(tied_px > 0 && result.wrong_px > 0);
+                ran += 1;
+            }
+            println!("{id}: {ran} methods, {exact} exact, {lost} lose fragments at one depth");
+            assert!(ran > 10 && exact > 3, "{id} ran {ran}");
+            assert_eq!(lost > 0, is_tied, "{id}");
+            if id == "cpu" {
+                assert_eq!(ran, all_methods().len());
+            }
+        }
+        let verifier = {
+            engine.open_view(soup(0, SIZE)).expect("the view opens");
+            Verifier::new(&mut *engine).expect("the reference is captured")
+        };
+        engine.open_view(ViewData::stored(verifier.reference().clone())).expect("it opens");
+        for choice in all_methods() {
+            let refused = engine.prepare(&choice.into()).expect_err("there is nothing to draw");
+            let CellError::Unsupported(reason) = refused else { panic!("{refused}") };
+            assert!(reason.contains("draws the scene itself"), "{reason}");
+        }
+    }
+}
+
+/// A method that says of itself what it is not.
+struct Boasting(&'static dyn Method, Accuracy);
+
+impl Method for Boasting {
+    fn name(&self) -> &'static str {
+        "boasting"
+    }
+
+    fn summary(&self) -> &'static str {
+        self.0.summary()
+    }
+
+    fn citation(&self) -> &'static str {
+        self.0.citation()
+    }
+
+    fn accuracy(&self, _: Option<u32>, _: &DepthHistogram) -> Accuracy {
+        self.1.clone()
+    }
+
+    fn build(&self, request: &MethodRequest) -> Result<Plan, String> {
+        self.0.build(request)
+    }
+
+    fn twin(&self, size: Option<u32>, submitted: &Lfb) -> Vec<[f32; 4]> {
+        self.0.twin(size, submitted)
+    }
+}
+
+#[test]
+fn a_method_that_is_less_accurate_than_it_says_is_wrong() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        engine.open_view(half_tied()).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let named = |name: &str| parse_method(name).expect("a method").method;
+        for (name, accuracy, verdict) in [
+            ("weighted", Accuracy::Exact, Verdict::Wrong),
+            ("weighted", Accuracy::ExactWithoutTies, Verdict::Wrong),
+            ("depth_peel", Accuracy::Exact, Verdict::Wrong),
+            ("depth_peel", Accuracy::ExactWithoutTies, Verdict::Exact),
+        ] {
+            let what = format!("{id} {name} {accuracy:?}");
+            let method: &'static dyn Method = Box::leak(Box::new(Boasting(named(name), accuracy)));
+            let technique = MethodChoice::new(method).into();
+            let result = verify(&mut *engine, &mut verifier, &technique).expect("it is supported");
+            assert_eq!(result.verdict, verdict, "{what}: {:?}", result.note);
+            assert!(result.wrong_px > 0 && result.note.is_some(), "{what}");
+        }
     }
 }
 

@@ -59,7 +59,7 @@ pub struct Host {
 #[serde(deny_unknown_fields)]
 pub struct Cell {
     /// The technique's coordinate: `capture/schedule/sort/stage/max[/ties]`, say
-    /// `linked_list/bma-list/rbs/compute/peak`.
+    /// `linked_list/bma-list/rbs/compute/peak`; or a method's name and size, say `dual_peel/passes4`.
     pub technique: String,
     /// The scene, with its overridden parameters in order: `grid{layers=20}`.
     pub scene: String,
@@ -176,13 +176,16 @@ pub struct Verification {
     /// Fragments that this capture has and the reference lacks.
     pub fragments_extra: u64,
     /// Whether the fragments themselves were compared. They are not on most frames of a camera path,
-    /// where the picture alone decides: missing and extra are 0 there, unseen.
+    /// where the picture alone decides, and never of methods, which keep none: missing and extra are 0
+    /// there, unseen.
     #[serde(default = "compared", skip_serializing_if = "is_compared")]
     pub fragments_compared: bool,
-    /// Pixels on which unlike fragments share a depth; counted where only depth is compared.
+    /// Pixels that are left out of the verdict. Where only depth is compared: those on which unlike
+    /// fragments share a depth. For methods that lose fragments at one depth: those on which any do.
     #[serde(default)]
     pub tied_px: u64,
-    /// `max_frags` the program was compiled for (of its deepest interval).
+    /// `max_frags` the program was compiled for (of its deepest interval); 0 for methods, and so are
+    /// their pool's.
     pub max_frags: u32,
     /// Room in the pool at first, in slots of a fragment each.
     pub pool_initial: u64,
@@ -193,8 +196,8 @@ pub struct Verification {
     /// Device memory of all the technique's buffers and targets, in bytes; 0 on the CPU backend.
     pub memory_bytes: u64,
     /// Of these the layered fragment buffer that a resolve reads: the pool and its tables. Other
-    /// buffers and targets may be given back once it is captured. `None` in older records and on the
-    /// CPU backend.
+    /// buffers and targets may be given back once it is captured. `None` in older records, on the CPU
+    /// backend, and for methods, which have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lfb_bytes: Option<u64>,
     /// The most device memory that was needed at once: where the pool grew, the first pool and the
@@ -202,7 +205,7 @@ pub struct Verification {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_bytes: Option<u64>,
     /// Pixels that differ in any bit between two runs of the same frame. `None` in older records, and
-    /// where the fragments were not compared: the frame was not repeated there either.
+    /// on most frames of a camera path, which are not repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeat_differs_px: Option<u64>,
     /// Milliseconds until its pipelines were ready.
@@ -215,6 +218,14 @@ pub struct Verification {
     /// intervals. `None` where the model lacks something, and in older records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_ns: Option<f64>,
+    /// Mean structural similarity to the oracle's picture, over black: 1 for equal pictures. Of
+    /// approximate ones, where the experiment asks for it; else `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ssim: Option<f64>,
+    /// Mean of FLIP against the oracle's picture, over black: 0 for equal pictures, 1 at most. Where
+    /// `ssim` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flip: Option<f64>,
 }
 
 /// What a record says that does not say whether fragments were compared: they were.

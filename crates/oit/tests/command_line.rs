@@ -96,6 +96,66 @@ fn a_sweep_verifies_times_and_records_every_cell() {
     assert!(!again.status.success() && text(&again).contains("--resume"), "{}", text(&again));
 }
 
+/// Methods are verified, timed and recorded as well, and of approximate pictures also what an eye makes
+/// of their errors, where that is asked.
+#[test]
+fn a_sweep_of_methods_records_their_errors() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, out) = (folder.path().join("test.toml"), folder.path().join("run"));
+    let (head, _) = EXPERIMENT.split_once("[[sweep]]").expect("a sweep");
+    let sweep = "[[sweep]]\nmethods = [\"all\", \"dual_peel/passes2\"]\n\
+                 sorts = [\"insertion\"]\nstages = [\"compute\"]\nviews = [\"planes:front\"]\n";
+    let head = head.replacen("timeout_s = 60\n", "timeout_s = 60\nperceptual = true\n", 1);
+    std::fs::write(&path, head + sweep).expect("written");
+    let (file, run) = (path.to_string_lossy(), out.to_string_lossy());
+    ok(&["sweep", &file, "--device", "cpu", "--out", &run]);
+    let record = Record::read(&out).expect("a good record");
+    assert!(record.finished());
+    let mut approximate = 0;
+    for event in &record.events {
+        let Event::Verified { cell, result } = event else { continue };
+        let technique = &record.run.cells[*cell].technique;
+        let is_method = !technique.contains("/insertion/");
+        assert_eq!(result.fragments_compared, !is_method, "{technique}");
+        assert_ne!(result.verdict, Verdict::Wrong, "{technique}: {:?}", result.note);
+        let is_approximate = result.verdict == Verdict::Approximate;
+        let (ssim, flip) = (result.ssim, result.flip);
+        assert_eq!((ssim.is_some(), flip.is_some()), (is_approximate, is_approximate));
+        if technique == "weighted" || technique == "dual_peel/passes2" {
+            assert!(is_approximate && ssim < Some(1.0) && flip > Some(0.0), "{technique}");
+            approximate += 1;
+        }
+        let samples = record.events.iter().filter(|event| {
+            matches!(event, Event::Sample { cell: of, stages_ns, .. }
+                if of == cell && stages_ns.contains_key("resolve"))
+        });
+        assert_eq!(samples.count(), 6, "{technique}");
+    }
+    assert_eq!(approximate, 2);
+}
+
+#[test]
+fn methods_are_listed_planned_and_rendered() {
+    let list = ok(&["list", "methods"]);
+    assert!(list.contains("dual_peel_stop") && list.contains("/kN, 1 to 256, 8 if not given"));
+    let plan = ok(&["plan", "dual_peel/passes3", "--size", "64x32"]);
+    assert!(plan.contains("dual_peel/passes3") && plan.contains("peel: layers 2 from"), "{plan}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_string_lossy().into_owned();
+    let render = |technique: &str| {
+        let to = ["--device", "cpu", "--size", "64x32", "--out", &out, "--technique", technique];
+        [&["render", "scenes/planes.toml"][..], &to].concat().join(" ")
+    };
+    let run = |technique: &str| {
+        let line = render(technique);
+        oit(&line.split(' ').collect::<Vec<_>>())
+    };
+    assert!(text(&run("depth_peel")).contains("depth_peel on cpu: Exact"));
+    assert!(text(&run("hybrid/k2")).contains("hybrid/k2 on cpu: Approximate"));
+    let wrong = run("hybrid/k2000");
+    assert!(!wrong.status.success() && text(&wrong).contains("from 1 to 256"), "{}", text(&wrong));
+}
+
 #[test]
 fn a_sweep_that_is_killed_resumes_with_nothing_lost_and_nothing_twice() {
     let folder = tempfile::tempdir().expect("a folder");

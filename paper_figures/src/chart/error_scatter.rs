@@ -57,11 +57,17 @@ impl ScatterPanel {
     }
 }
 
-/// What is written above the column of a point: what the technique is truncated to, or the sort
-/// that leaves the picture off.
+/// What is written above the column of a point: what the technique is truncated to, or the method or
+/// the sort that leaves the picture off.
 fn column(point: &ScatterPoint) -> &str {
     let technique = &point.technique;
-    if technique.truncated() { &technique.max } else { &technique.sort }
+    if technique.is_method() {
+        &technique.coordinate
+    } else if technique.truncated() {
+        &technique.max
+    } else {
+        &technique.sort
+    }
 }
 
 impl ErrorScatter {
@@ -69,7 +75,9 @@ impl ErrorScatter {
     fn legend(&self) -> Vec<Vec<(Technique, String)>> {
         let points = || self.0.iter().flat_map(|panel| &panel.points);
         let kinds = |part: fn(&Technique) -> &str| {
-            let mut names: Vec<&str> = points().map(|point| part(&point.technique)).collect();
+            let parts = points().map(|point| part(&point.technique));
+            // Methods have none of these parts.
+            let mut names: Vec<&str> = parts.filter(|name| !name.is_empty()).collect();
             names.sort_unstable();
             names.dedup();
             names
@@ -84,6 +92,7 @@ impl ErrorScatter {
         let sorts = kinds(|technique| &technique.sort);
         let schedules = kinds(|technique| &technique.schedule);
         let stages = kinds(|technique| &technique.shader_stage);
+        let methods = kinds(|technique| &technique.method);
         vec![
             sorts.iter().map(|sort| (neutral("base", sort, ""), (*sort).to_owned())).collect(),
             schedules
@@ -94,6 +103,7 @@ impl ErrorScatter {
                         if *stage == "compute" { "hollow: compute" } else { "filled: fragment" };
                     (neutral("base", NEUTRAL, stage), format!("{what} stage"))
                 }))
+                .chain(methods.first().map(|_| (Technique::default(), "methods".to_owned())))
                 .collect(),
         ]
     }

@@ -23,7 +23,7 @@ impl Figure for Pareto {
     }
 
     fn needs(&self) -> &'static str {
-        "a view with an exact technique and one that leaves fragments out"
+        "a view with an exact technique and one that is off"
     }
 
     fn draw(&self, tables: &Tables) -> Result<Vec<Output>, FigureError> {
@@ -47,9 +47,8 @@ fn trades(cells: &[&CellResult]) -> bool {
 }
 
 fn wanted(cell: &CellResult) -> bool {
-    cell.technique.whole_pool()
-        && cell.technique.powers_of_two()
-        && cell.rmse().is_some_and(f64::is_finite)
+    let usual = cell.technique.whole_pool() && cell.technique.powers_of_two();
+    (usual || cell.technique.is_method()) && cell.rmse().is_some_and(f64::is_finite)
 }
 
 /// Marks the points that no other beats in one of time and error without losing in the other.
@@ -79,9 +78,12 @@ fn panel(title: &str, stage: &str, cells: &[&CellResult]) -> ScatterPanel {
 }
 
 fn output(group: &Group, cells: &[&CellResult]) -> Output {
-    let panels = vec![
+    let is_sorted = |cell: &&CellResult| !cell.technique.is_method();
+    let sorted_cells: Vec<&CellResult> = cells.iter().copied().filter(is_sorted).collect();
+    let mut panels = vec![
         panel("Total time, ms (log scale)", TOTAL, cells),
-        panel("Resolve time with grouping, ms (log scale)", RESOLVE, cells),
+        // Methods have no resolve of their own: what a pass of that name does there is but a part.
+        panel("Resolve time with grouping, ms (log scale)", RESOLVE, &sorted_cells),
     ];
     let on_front = |panel: &ScatterPanel, cell: &CellResult| {
         panel.points.iter().any(|p| p.front && p.technique.coordinate == cell.name.technique)
@@ -125,6 +127,7 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
         row.push(verification.wrong_px.to_string());
         for stage in [TOTAL, RESOLVE] {
             let summary = cell.times.get(stage).map(|timing| timing.summary);
+            let summary = summary.filter(|_| stage == TOTAL || is_sorted(&cell));
             for value in
                 [summary.map(|s| s.median), summary.map(|s| s.low), summary.map(|s| s.high)]
             {
@@ -135,6 +138,7 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
         row.extend(fronts.map(|front| front.to_string()));
         csv.rows.push(row);
         let time = |stage: &str, front: bool| match cell.median_ms(stage) {
+            _ if stage == RESOLVE && !is_sorted(&cell) => Value::from("–"),
             Some(ms) => Value { text: three_digits(ms), marked: front },
             None => Value::from("–"),
         };
@@ -151,6 +155,7 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             .into(),
         ]);
     }
+    panels.retain(|panel| !panel.points.is_empty());
     Output {
         name: format!("pareto-{}-{}", group.slug(), group.device_slug()),
         title: format!("Time against error: {}", group.title()),
@@ -160,7 +165,8 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
         csv,
         notes: vec![
             "Medians. A technique with max8 sorts and blends at most 8 fragments of a pixel, and so \
-             on; the rest of a deeper pixel is left out. Marked times are on the front."
+             on; the rest of a deeper pixel is left out. Marked times are on the front. Methods, which \
+             draw the scene in passes of their own, have a total alone."
                 .to_owned(),
         ],
         stamps: [Stamp::of(group.run)].into(),

@@ -159,6 +159,8 @@ fn verification(technique: &str, histogram: &[u64]) -> Verification {
         prepare_ms: 3.0,
         tuned: None,
         predicted_ns: None,
+        ssim: None,
+        flip: None,
     }
 }
 

@@ -5,6 +5,7 @@ pub(crate) mod compared;
 pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;
+pub(crate) mod peel;
 pub(crate) mod probe;
 pub(crate) mod rbs;
 
@@ -152,6 +153,8 @@ fn verification(technique: &str, peak: u32) -> Verification {
         prepare_ms: 3.0,
         tuned: (technique == OPTIMAL).then(|| technique.replace("-optimal", "4-12-256")),
         predicted_ns: Some(if technique == OPTIMAL { 900.0 } else { 1000.0 }),
+        ssim: None,
+        flip: None,
     }
 }
 

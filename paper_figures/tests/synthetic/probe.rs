@@ -58,6 +58,11 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             tuned: None,
             predicted_ns: None,
             prepare_ms: 1.0,
+            fragments_compared: false,
+            tuned: None,
+            predicted_ns: None,
+            ssim: None,
+            flip: None,
         };
         writer.append(&Event::Verified { cell, result }).unwrap();
         let workgroup = name.technique.contains("/workgroup/");

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
-use oit_lab::{Experiment, ProfileName, Technique, samples_by_cell};
+use oit_lab::{Experiment, ProfileName, Sorted, samples_by_cell};
 use oit_record::statistics::{Comparison, compare, median};
 use oit_record::{Conformance, Event, Record, Subject, SubjectPart, Verdict};
 use oit_sort::{SortChoice, Store};
@@ -303,7 +303,7 @@ fn page(record: &Record, subject: &str) -> miette::Result<String> {
     // Cells that differ in their sort alone, in the order of the run.
     let mut families: Vec<(String, Vec<(String, usize)>)> = Vec::new();
     for (index, cell) in record.run.cells.iter().enumerate() {
-        let technique: Technique = cell.technique.parse().map_err(report)?;
+        let technique: Sorted = cell.technique.parse().map_err(report)?;
         let sort = technique.sort.to_string();
         let rest = cell.technique.replace(&format!("/{sort}/"), " ");
         let family = format!("{}, {rest}", cell.group());

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
 use oit_capture::CAPTURES;
-use oit_lab::{ALIASES, Schedule};
+use oit_lab::{ALIASES, Schedule, methods};
 use oit_sort::{AUTO, STRATEGIES};
 
-use crate::command::list::INTERVALS;
+use crate::command::list::{INTERVALS, size_words};
 use crate::command::report;
 
 /// Whether to write or to check.
@@ -85,6 +85,19 @@ fn page(root: &Path) -> miette::Result<String> {
              | | powers of two from 8 up to the peak, as in the papers |\n";
     for (word, summary) in INTERVALS {
         let _ = writeln!(text, "| `{word}` | {summary} |");
+    }
+    text += "\n## Methods\n\nTechniques that are one whole, without a layered fragment buffer. A name may be \
+             followed by a size: `dual_peel/passes4`.\n\n| method | what it does | size | source \
+             |\n|---|---|---|---|\n";
+    for method in methods() {
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} |",
+            method.name(),
+            method.summary(),
+            size_words(method).unwrap_or_default(),
+            method.citation()
+        );
     }
     text += "\n## The papers' names\n\n| name | technique |\n|---|---|\n";
     for (alias, name) in ALIASES {

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use oit_capture::CAPTURES;
-use oit_lab::{ALIASES, Schedule};
+use oit_capture::{CAPTURES, Method};
+use oit_lab::{ALIASES, Schedule, methods};
 use oit_scene::Asset;
 use oit_sort::{AUTO, STRATEGIES};
 
@@ -29,6 +29,7 @@ enum What {
     Sorts,
     Captures,
     Schedules,
+    Methods,
     Scenes,
     Experiments,
 }
@@ -45,6 +46,17 @@ pub(crate) const INTERVALS: [(&str, &str); 2] = [
         "bma with the bounds that cost least on the view, by costs measured on the device (`oit tune`)",
     ),
 ];
+
+/// What a method has a number of, if it has: `kN, 1 to 256, 8 if not given`.
+pub(crate) fn size_words(method: &dyn Method) -> Option<String> {
+    let size = method.size()?;
+    let (first, last) = (size.range.start(), size.range.end());
+    let default = match size.default {
+        Some(n) => format!("{n} if not given"),
+        None => "as many as the view needs if not given".to_owned(),
+    };
+    Some(format!("{}N, {first} to {last}, {default}", size.word))
+}
 
 /// Prints the lists.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
@@ -95,6 +107,8 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             for (alias, name) in ALIASES {
                 row(alias, name);
             }
+            println!("  or a method, METHOD or METHOD/SIZE, which has no such parts:");
+            row("METHOD", &join(methods().map(Method::name).collect()));
         }
         What::Sorts => {
             for sort in STRATEGIES {
@@ -120,6 +134,15 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
         What::Schedules => {
             for (_, name, summary) in Schedule::ALL {
                 row(name, summary);
+            }
+        }
+        What::Methods => {
+            for method in methods() {
+                row(method.name(), method.summary());
+                if let Some(size) = size_words(method) {
+                    row("", &format!("/{size}"));
+                }
+                row("", method.citation());
             }
         }
         What::Scenes => {

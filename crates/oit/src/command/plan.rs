@@ -15,7 +15,7 @@ use crate::command::{cache_folder, device_id, report};
 /// Which plan is printed.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// The technique, by coordinate or alias.
+    /// The technique, by coordinate or alias, or a method.
     technique: String,
     /// A scene file.
     #[arg(long, default_value = "scenes/planes.toml")]
@@ -57,13 +57,20 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         None => Tuner::none("no device to choose for: name its tuning file with --tuning"),
     };
     let technique = tuner.choose(&technique, &histogram, size).map_err(report)?;
-    let pool = size.pixels() * u64::from(arguments.peak);
-    let fragments = Fragments::Drawn(&geometry);
-    let plan = assemble(&technique, fragments, size, &histogram, pool).map_err(report)?;
+    let (plan, resolve) = match &technique {
+        Technique::Sorted(sorted) => {
+            let pool = size.pixels() * u64::from(arguments.peak);
+            let fragments = Fragments::Drawn(&geometry);
+            let plan = assemble(sorted, fragments, size, &histogram, pool).map_err(report)?;
+            let in_cuda = sorted.stage == Stage::Cuda;
+            let resolve = in_cuda.then(|| cuda_source(sorted, size, arguments.peak));
+            (plan, resolve.transpose().map_err(report)?)
+        }
+        Technique::Method(choice) => {
+            (choice.plan(&geometry, size, &histogram).map_err(report)?, None)
+        }
+    };
     print!("{plan}");
-    let in_cuda = technique.stage == Stage::Cuda;
-    let resolve = in_cuda.then(|| cuda_source(&technique, size, arguments.peak));
-    let resolve = resolve.transpose().map_err(report)?;
     if let Some((label, _)) = &resolve {
         println!("then, in CUDA, {label}");
     }

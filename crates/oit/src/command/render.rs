@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     /// One of the scene's views; the first if none is named.
     #[arg(long)]
     view: Option<String>,
-    /// The technique, by coordinate or alias.
+    /// The technique, by coordinate or alias, or a method.
     #[arg(long, default_value = "linked_list/bma-list/rbs/compute/peak")]
     technique: String,
     /// Width and height in pixels; 1920x1080 if not given, and a file's own for captured fragments.
