@@ -34,17 +34,18 @@ enum Per {
     Same,
     /// For a subgroup, where the column is for an invocation.
     Subgroup,
+    /// In the low 32 bits: NVIDIA's driver 580 has 16 in the high ones, whatever the program.
+    LowWord,
 }
 
 /// The drivers' names of what the columns hold. Case does not matter: drivers have changed it. Of two
 /// names of one column the first that is told counts. AMD's and Intel's are those of Mesa (RADV and ANV).
-/// NVIDIA documents none: programs that ask its driver go by `Register Count` and `Binary Size`; the
-/// names of its memories are what its other tools call them.
+/// NVIDIA documents none: they are what its driver 580 tells.
 const NAMES: &[(Column, &str, Per)] = &[
     (Column::Registers, "Register Count", Per::Same), // NVIDIA
     (Column::Registers, "VGPRs", Per::Same),          // AMD
     (Column::Registers, "Max live registers", Per::Same), // Intel
-    (Column::LocalBytes, "Local Memory Size", Per::Same), // NVIDIA
+    (Column::LocalBytes, "Local Memory Size", Per::LowWord), // NVIDIA
     (Column::LocalBytes, "Stack Size", Per::Same),    // NVIDIA
     (Column::LocalBytes, "Scratch size", Per::Subgroup), // AMD
     (Column::LocalBytes, "Scratch Memory Size", Per::Same), // Intel
@@ -98,6 +99,7 @@ fn told(executable: &Executable, column: Column) -> Option<u64> {
         };
         Some(match per {
             Per::Same => value,
+            Per::LowWord => value & u64::from(u32::MAX),
             Per::Subgroup => value.div_ceil(u64::from(executable.subgroup_size.max(1))),
         })
     });
@@ -143,6 +145,9 @@ mod tests {
         let both = program(Some(vec![vertex, made_of("fragment", 32, &nvidia)]));
         let figures = ProgramFigures::of(&both, "fragment");
         assert_eq!((figures.registers, figures.local_bytes), (Some(40), Some(0)));
+        let told = [("Local Memory Size", whole((16 << 32) + 2048)), ("Stack Size", whole(0))];
+        let one = program(Some(vec![made_of("compute", 32, &told)]));
+        assert_eq!(ProgramFigures::of(&one, "compute").local_bytes, Some(2048));
         // What is not told is not 0.
         assert_eq!((figures.workgroup_bytes, figures.occupancy), (None, None));
 

@@ -10,6 +10,10 @@ use crate::twin;
 /// Keeps each pixel's k nearest fragments, sorted by 64-bit atomics as they arrive, in one draw and
 /// without a lock: a fragment is compared with slot after slot, and goes on with the farther of the
 /// two.
+///
+/// The original k-buffer merges what it has no room for, fragment by fragment as they arrive, with its
+/// farthest: that is [`MultiLayer`](crate::MultiLayer). Here the picture does not depend on the order of
+/// arrival.
 #[derive(Clone, Copy, Debug)]
 pub struct KBuffer {
     /// What becomes of the fragments behind them.
@@ -29,7 +33,7 @@ pub enum Tail {
 /// Fragments of a pixel where no number is given.
 const K: u32 = 8;
 
-const KEEP: &str = "
+pub(crate) const KEEP: &str = "
 @group(0) @binding(1) var<storage, read_write> nearest: array<atomic<u64>>;
 
 // Keys are inverted, so that zeros are empty and the nearest is the largest.
@@ -64,7 +68,7 @@ fn fs(in: Varyings) -> Sums {
 }
 ";
 
-const NEAREST: &str = "
+pub(crate) const NEAREST: &str = "
 @group(0) @binding(0) var<storage, read> nearest: array<u64>;
 @group(0) @binding(1) var<storage, read_write> image: array<vec4<f32>>;
 ";
@@ -74,7 +78,7 @@ const SUMS: &str = "
 @group(0) @binding(3) var transmittance: texture_2d<f32>;
 ";
 
-const CORE: &str = "
+pub(crate) const CORE: &str = "
     var color = vec3<f32>();
     var left = 1.0;
     var sum = vec4<f32>();
@@ -99,7 +103,7 @@ const TAIL: &str = "
     left *= behind;
 ";
 
-const STORE: &str = "
+pub(crate) const STORE: &str = "
     image[pixel] = vec4<f32>(color, 1.0 - left);
 ";
 

@@ -4,13 +4,13 @@
 
 use std::io::Write;
 
-use oit_approx::METHODS;
+use oit_approx::{Adaptive, METHODS, MultiLayer};
 use oit_capture::{
     Accuracy, CAPTURES, CapturePasses, CaptureRequest, Geometry, LfbReader, Method, MethodRequest,
     PICTURE, rasterize,
 };
 use oit_fragments::{DepthHistogram, Lfb, oracle};
-use oit_gpu::{Device, GpuError, Plan};
+use oit_gpu::{Device, GpuError, Plan, PlanId};
 use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
 
 const SIZE: (u32, u32) = (32, 16);
@@ -100,13 +100,13 @@ fn on_every_device(test: &str, mut run: impl FnMut(&mut dyn Device)) {
     }
 }
 
-/// A method's picture; `None` where the device lacks something.
-fn draw(
+/// A method's plan after its second run; `None` where the device lacks something.
+fn run(
     device: &mut dyn Device,
     method: &dyn Method,
     view: &View,
     size: Option<u32>,
-) -> Option<Vec<[f32; 4]>> {
+) -> Option<PlanId> {
     let request = MethodRequest {
         geometry: &view.geometry,
         width_px: SIZE.0,
@@ -128,8 +128,22 @@ fn draw(
         device.poison(id).expect("poisoned");
         device.run(id).expect("ran");
     }
-    let picture = device.read(id, PICTURE).expect("a picture");
-    Some(bytemuck::pod_collect_to_vec(&picture))
+    Some(id)
+}
+
+/// A method's picture; `None` where the device lacks something.
+fn draw(
+    device: &mut dyn Device,
+    method: &dyn Method,
+    view: &View,
+    size: Option<u32>,
+) -> Option<Vec<[f32; 4]>> {
+    let id = run(device, method, view, size)?;
+    Some(picture(device, id))
+}
+
+fn picture(device: &mut dyn Device, id: PlanId) -> Vec<[f32; 4]> {
+    bytemuck::pod_collect_to_vec(&device.read(id, PICTURE).expect("a picture"))
 }
 
 /// The view's fragments as the device captures them: the CPU rasteriser's depths may be off by a bit,
@@ -155,7 +169,39 @@ fn captured(device: &mut dyn Device, view: &View) -> Lfb {
     device.run(id).expect("ran");
     let read = &mut |name: &str| device.read(id, name);
     let mut reader = LfbReader { width_px, height_px, pool_slots, read };
-    capture.unpack(&mut reader).expect("fragments")
+    let mut fragments = capture.unpack(&mut reader).expect("fragments");
+    // Into submission order, by their colours.
+    let mut pixel = 0;
+    fragments.reorder(|own| {
+        let submitted = view.fragments.pixel(pixel);
+        own.sort_by_key(|own| submitted.iter().position(|other| other.rgba == own.rgba));
+        pixel += 1;
+    });
+    fragments
+}
+
+/// Whether the picture depends on the order in which fragments arrive: where they have to share nodes.
+fn depends_on_arrival(method: &dyn Method, size: Option<u32>, view: &View) -> bool {
+    let nodes = method.size().and_then(|own| size.or(own.default));
+    ["multi_layer", "adaptive"].contains(&method.name())
+        && nodes.is_some_and(|nodes| view.histogram().peak() > nodes)
+}
+
+/// Whether a pixel's fragments arrive in the order of submission. Vulkan promises it of blending alone;
+/// llvmpipe draws the triangles of a tile one after the other.
+fn arrive_in_order(device: &dyn Device) -> bool {
+    device.info().name.contains("llvmpipe")
+}
+
+/// By how much kernel and twin may differ in a channel. The moments of nearly one depth make matrices
+/// that are nearly singular, which magnify the rounding of sums and logarithms; half floats are 2^13
+/// times as coarse as floats, and devices may round them either way. llvmpipe is off by 7e-4 and 6e-3.
+fn tolerance(method: &dyn Method) -> f64 {
+    match method.name() {
+        name if name.starts_with("moments") && name.contains("_16") => 3e-2,
+        name if name.starts_with("moments") => 5e-3,
+        _ => 1e-4,
+    }
 }
 
 fn largest_error<'a>(
@@ -171,23 +217,52 @@ fn largest_error<'a>(
 
 #[test]
 fn kernels_and_twins_agree() {
-    for layers in [0, 1, 2, 12, 40] {
-        let view = View::new(&crossing(layers, layers as u64));
-        on_every_device("kernels and twins", |device| {
+    on_every_device("kernels and twins", |device| {
+        for layers in [0, 1, 2, 5, 12, 40] {
+            let view = View::new(&crossing(layers, layers as u64));
             let fragments = captured(device, &view);
             for method in METHODS {
                 let smallest = method.size().map(|size| *size.range.start());
-                for size in [None, smallest, smallest.map(|smallest| smallest + 3)] {
+                let mut sizes = vec![None, smallest, smallest.map(|smallest| smallest + 3)];
+                sizes.dedup();
+                for size in sizes {
                     let Some(picture) = draw(device, *method, &view, size) else { continue };
+                    let what = format!("{} {size:?} on {}", method.name(), device.info().id);
+                    if depends_on_arrival(*method, size, &view) && !arrive_in_order(device) {
+                        not_worse_than_in_any_order(*method, size, &view, &picture, &what);
+                        continue;
+                    }
                     let twin = method.twin(size, &fragments);
                     let twin: Vec<_> = twin.iter().map(|pixel| pixel.map(f64::from)).collect();
                     let error = largest_error(&picture, twin.iter(), 4);
-                    let what = format!("{} {size:?} on {}", method.name(), device.info().id);
-                    assert!(error <= 1e-4, "{what}, {layers} layers: off by {error}");
+                    assert!(error <= tolerance(*method), "{what}, {layers} layers: off by {error}");
                 }
             }
+        }
+    });
+}
+
+/// Where the order of arrival is not known, the twin is asked for several.
+fn not_worse_than_in_any_order(
+    method: &dyn Method,
+    size: Option<u32>,
+    view: &View,
+    picture: &[[f32; 4]],
+    what: &str,
+) {
+    let mut random = SplitMix64::new(7);
+    let mut worst = 0.0f64;
+    for _ in 0..8 {
+        let mut shuffled = view.fragments.clone();
+        shuffled.reorder(|fragments| {
+            for last in (1..fragments.len()).rev() {
+                fragments.swap(last, random.below(last + 1));
+            }
         });
+        worst = worst.max(rmse(&method.twin(size, &shuffled), &view.exact));
     }
+    let own = rmse(picture, &view.exact);
+    assert!(own <= 1.25 * worst, "{what}: {own}, and {worst} in random orders");
 }
 
 #[test]
@@ -234,4 +309,192 @@ fn more_of_what_they_have_a_number_of_is_nearer_to_the_oracle() {
         let falls = errors.windows(2).all(|pair| pair[1] < pair[0]);
         assert!(falls, "{}: {errors:?} for {sizes:?}", method.name());
     }
+}
+
+/// What a listed method's twin comes to, on average of some views of forty layers.
+fn twin_error(name: &str, view: impl Fn(u64) -> View) -> f64 {
+    let method = METHODS.iter().find(|method| method.name() == name).expect("listed");
+    let errors =
+        (0..6).map(view).map(|view| rmse(&method.twin(None, &view.fragments), &view.exact));
+    errors.sum::<f64>() / 6.0
+}
+
+#[test]
+fn more_moments_are_nearer_to_the_oracle() {
+    let error = |name: &str| twin_error(name, |seed| View::new(&crossing(40, seed)));
+    let average = error("weighted");
+    for kind in ["", "_16", "_bounded"] {
+        let [four, six, eight] = [4, 6, 8].map(|count| error(&format!("moments{count}{kind}")));
+        assert!(eight < six && six < four, "{kind}: {four} {six} {eight}");
+        assert!(four < 0.7 * average, "{kind}: {four}, and {average} of weights");
+    }
+}
+
+#[test]
+fn bounds_help_where_depths_lie_close_together() {
+    let close = |seed| {
+        let mut mesh = crossing(40, seed);
+        for vertex in &mut mesh.vertices {
+            vertex.position[2] = vertex.position[2] * 0.015 - 0.98;
+        }
+        View::new(&mesh)
+    };
+    let wide = |seed| View::new(&crossing(40, seed));
+    for count in [4, 6, 8] {
+        let [plain, bounded] = ["", "_bounded"].map(|bounds| format!("moments{count}{bounds}"));
+        let [apart, together] = [twin_error(&bounded, wide), twin_error(&bounded, close)];
+        assert!((together / apart - 1.0).abs() < 0.02, "{bounded}: {apart}, {together}");
+        let without = twin_error(&plain, close);
+        assert!(without > 1.2 * together, "{plain}: {without}, {together} with bounds");
+    }
+}
+
+/// Full-screen layers at these depths, in this order.
+fn layers(layers: &[(f32, [u8; 4])]) -> View {
+    let mut mesh = Mesh::default();
+    for &(depth, rgba) in layers {
+        rectangle(&mut mesh, [0.0, SIZE.0 as f32], [depth; 2], rgba);
+    }
+    View::new(&mesh)
+}
+
+#[test]
+fn pictures_are_numbers_whatever_the_fragments() {
+    let red = [255, 0, 0, 100];
+    let opaque = [200, 255, 30, 255];
+    let nothing = [10, 20, 30, 0];
+    let views = [
+        ("nothing", layers(&[])),
+        ("one", layers(&[(0.5, red)])),
+        ("one on the near plane", layers(&[(0.0, red)])),
+        ("one on the far plane", layers(&[(1.0, red)])),
+        ("alpha 0", layers(&[(0.2, nothing), (0.6, nothing), (0.3, nothing)])),
+        ("alpha 1", layers(&[(0.2, opaque); 1])),
+        ("alpha 0 and 1", layers(&[(0.7, opaque), (0.2, nothing), (0.5, red), (0.4, opaque)])),
+        ("one depth", layers(&[(0.5, red); 20])),
+        ("one depth, alpha 1", layers(&[(0.5, opaque); 20])),
+        (
+            "opaque all through",
+            layers(&(0..20).map(|i| (i as f32 / 19.0, opaque)).collect::<Vec<_>>()),
+        ),
+        (
+            "next to nothing",
+            layers(&[(0.5, [255, 255, 255, 1]), (0.500_000_1, [255, 255, 255, 1])]),
+        ),
+    ];
+    let numbers = |picture: &[[f32; 4]], what: &str| {
+        for pixel in picture {
+            let fits = pixel.iter().all(|channel| (-1e-4..=1.002).contains(channel));
+            assert!(fits, "{what}: {pixel:?}");
+        }
+    };
+    for (name, view) in &views {
+        for method in METHODS {
+            let what = format!("{}: {name}", method.name());
+            numbers(&method.twin(None, &view.fragments), &what);
+        }
+    }
+    on_every_device("numbers", |device| {
+        for (name, view) in &views {
+            for method in METHODS {
+                let Some(picture) = draw(device, *method, view, None) else { continue };
+                let what = format!("{} on {}: {name}", method.name(), device.info().id);
+                numbers(&picture, &what);
+                // One fragment is what it is in every method that does not draw lots.
+                if view.fragments.histogram().peak() == 1 && method.name() != "stochastic" {
+                    let error = largest_error(&picture, view.exact.iter(), 4);
+                    assert!(error < 2.5e-3, "{what}: off by {error}");
+                }
+            }
+        }
+    });
+}
+
+/// Words of a buffer that a method's last run left.
+fn words(device: &mut dyn Device, id: PlanId, buffer: &str) -> Vec<u32> {
+    bytemuck::pod_collect_to_vec(&device.read(id, buffer).expect("a buffer"))
+}
+
+#[test]
+fn lost_fragments_are_counted() {
+    let view = View::new(&crossing(40, 3));
+    let nodes = 4;
+    let beyond = |kept: u32| -> u32 {
+        view.fragments.counts().map(|count| count.saturating_sub(kept)).sum()
+    };
+    let seen = view.fragments.fragments().iter().filter(|own| own.rgba >> 24 != 0).count();
+    let methods: [(&dyn Method, &dyn Method, u32); 2] = [
+        // No turn at the last node.
+        (&MultiLayer::PATIENT, &MultiLayer { tries: 0 }, beyond(nodes - 1)),
+        // No turn at the lock.
+        (&Adaptive::PATIENT, &Adaptive { tries: 0 }, seen as u32),
+    ];
+    on_every_device("lost", |device| {
+        for (patient, impatient, lost) in methods {
+            let what = format!("{} on {}", patient.name(), device.info().id);
+            let Some(id) = run(device, patient, &view, Some(nodes)) else { continue };
+            assert_eq!(words(device, id, "lost")[0], 0, "{what}");
+            let Some(id) = run(device, impatient, &view, Some(nodes)) else { continue };
+            assert_eq!(words(device, id, "lost")[0], lost, "{what} without patience");
+            let picture = picture(device, id);
+            if patient.name() == "multi_layer" {
+                // What is left are the nearest, for which the last node is not needed.
+                let nearest = METHODS.iter().find(|own| own.name() == "k_nearest").expect("listed");
+                let right = nearest.twin(Some(nodes - 1), &view.fragments);
+                let right: Vec<_> = right.iter().map(|pixel| pixel.map(f64::from)).collect();
+                let error = largest_error(&picture, right.iter(), 4);
+                assert!(error < 1e-5, "{what}: off by {error}");
+            }
+        }
+    });
+}
+
+#[test]
+fn curves_and_nodes_enough_for_all_are_the_oracle() {
+    let view = View::new(&crossing(12, 5));
+    let all = Some(view.histogram().peak().max(2));
+    on_every_device("enough nodes", |device| {
+        let methods: [(&dyn Method, f64); 2] =
+            [(&MultiLayer::PATIENT, 1e-5), (&Adaptive::PATIENT, 2e-4)];
+        for (method, most) in methods {
+            let Some(picture) = draw(device, method, &view, all) else { continue };
+            let error = largest_error(&picture, view.exact.iter(), 4);
+            let what = format!("{} on {}", method.name(), device.info().id);
+            assert!(error < most, "{what}: off by {error}");
+        }
+    });
+}
+
+#[test]
+fn depths_within_a_step_are_one() {
+    // The nearer has the larger colour word, so that one step of depth gets them the wrong way round.
+    let (near, far) = ([255, 0, 255, 255], [0, 255, 0, 255]);
+    for (apart, wrong) in [
+        (4e-8, ["quantised_depth16", "quantised_depth24"].as_slice()),
+        (4e-6, &["quantised_depth16"]),
+        (4e-5, &[]),
+    ] {
+        let view = layers(&[(0.25, near), (0.25 + apart, far)]);
+        on_every_device("steps of depth", |device| {
+            for method in METHODS.iter().filter(|own| own.name().starts_with("quantised")) {
+                let Some(picture) = draw(device, *method, &view, None) else { continue };
+                let error = largest_error(&picture, view.exact.iter(), 4);
+                let what = format!("{} at {apart} on {}", method.name(), device.info().id);
+                let name = method.name().trim_end_matches("_premultiplied");
+                assert_eq!(error > 0.5, wrong.contains(&name), "{what}: off by {error}");
+            }
+        });
+    }
+}
+
+#[test]
+fn premultiplied_colours_are_off_by_their_rounding() {
+    let view = layers(&[(0.5, [255, 128, 3, 1]), (0.6, [77, 200, 5, 30])]);
+    let twin = |name: &str| {
+        let method = METHODS.iter().find(|method| method.name() == name).expect("listed");
+        largest_error(&method.twin(None, &view.fragments), view.exact.iter(), 4)
+    };
+    let error = twin("quantised_premultiplied");
+    assert!(error > 1e-4 && error < 2.0 * 0.5 / 255.0 + 1e-6, "{error}");
+    assert!(twin("quantised_depth24") < 1e-6);
 }
