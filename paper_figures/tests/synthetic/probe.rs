@@ -34,9 +34,6 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     for (cell, (name, size)) in cells.iter().enumerate() {
         let unset = name.technique.starts_with("array-probe-unset");
         let result = Verification {
-            fragments_compared: false,
-            tuned: None,
-            predicted_ns: None,
             verdict: if unset { Verdict::Approximate } else { Verdict::Exact },
             note: unset.then(|| "not compared".to_owned()),
             wrong_px: 0,
@@ -57,12 +54,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             repeat_differs_px: Some(0),
             tuned: None,
             predicted_ns: None,
-            prepare_ms: 1.0,
-            fragments_compared: false,
-            tuned: None,
-            predicted_ns: None,
             ssim: None,
             flip: None,
+            prepare_ms: 1.0,
         };
         writer.append(&Event::Verified { cell, result }).unwrap();
         let workgroup = name.technique.contains("/workgroup/");
