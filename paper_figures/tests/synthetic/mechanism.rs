@@ -74,7 +74,10 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str, is_told: bool) 
         let ns = 192_000_u64 / warps * if sort == "rbs" { 2 } else { 1 };
         for sample in 0..5 {
             let stages_ns = BTreeMap::from([("resolve".to_owned(), ns)]);
-            writer.append(&Event::Sample { cell, sample, stages_ns, total_ns: ns }).unwrap();
+            let parts_ns = BTreeMap::new();
+            writer
+                .append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns: ns })
+                .unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
