@@ -111,6 +111,9 @@ views = ["planes:front"]
         "linked_list/bma-list/auto/compute/peak planes:front@64x32",
         "linked_list/bma-list/auto/compute/peak/intervals4-12-40 planes:front@64x32",
         "linked_list/bma-list/auto/compute/peak/intervals-optimal planes:front@64x32",
+        "linked_list/base-intervals/auto/compute/peak planes:front@64x32",
+        "linked_list/base-intervals/auto/compute/peak/intervals4-12-40 planes:front@64x32",
+        "linked_list/base-intervals/auto/compute/peak/intervals-optimal planes:front@64x32",
     ];
     assert_eq!(cells, expected);
 }

@@ -20,6 +20,9 @@ pub(super) struct PeelPasses;
 /// Run, scene, view, resolution and covered pixels: all that groups of one chart share.
 type Series<'a> = (String, &'a str, &'a str, [u32; 2], u64);
 
+/// The median and the ends of its interval in ms, and the largest error.
+type Point = ([f64; 3], f64);
+
 /// Smaller errors are drawn as this: those of exact pictures are rounding.
 const FLOOR: f64 = 1e-7;
 
@@ -88,7 +91,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     };
     // Methods in the order of the experiment.
     let mut methods: Vec<&str> = Vec::new();
-    let mut points: BTreeMap<(&str, u64), ([f64; 3], f64)> = BTreeMap::new();
+    let mut points: BTreeMap<(&str, u64), Point> = BTreeMap::new();
     for (&depth, group) in depths {
         for cell in &group.cells {
             let (Some(error), Some(timing)) = (largest_error(cell), cell.times.get(TOTAL)) else {
@@ -116,7 +119,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     let heads = depths.keys().map(|&depth| depth as f64);
     let mut x = Scale::logarithmic("fragments of every pixel", heads.clone());
     x.ticks = heads.collect();
-    let panel = |title: &str, across: Option<f64>, of: &dyn Fn(&([f64; 3], f64)) -> [f64; 3]| {
+    let panel = |title: &str, across: Option<f64>, of: &dyn Fn(&Point) -> [f64; 3]| {
         let values = points.values().flat_map(of).chain(across);
         let lines = methods.iter().enumerate().map(|(place, &method)| Line {
             label: method.to_owned(),
@@ -136,7 +139,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
             [error.max(FLOOR); 3]
         }),
     ];
-    let table = |heading: &str, text: &dyn Fn(&([f64; 3], f64)) -> String| {
+    let table = |heading: &str, text: &dyn Fn(&Point) -> String| {
         let heads = depths.keys().map(|depth| format!("{depth}"));
         let rows = methods.iter().map(|&method| {
             let cells = depths
