@@ -75,9 +75,8 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str, is_told: bool) 
         for sample in 0..5 {
             let stages_ns = BTreeMap::from([("resolve".to_owned(), ns)]);
             let parts_ns = BTreeMap::new();
-            writer
-                .append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns: ns })
-                .unwrap();
+            let event = Event::Sample { cell, sample, stages_ns, parts_ns, total_ns: ns };
+            writer.append(&event).unwrap();
         }
     }
     writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
