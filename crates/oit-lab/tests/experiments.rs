@@ -145,7 +145,7 @@ views = ["planes:back"]
     ];
     assert_eq!(cells[..6], expected);
     let all = cells[6..].iter().map(|cell| cell.split_once(' ').expect("a technique").0);
-    assert!(all.eq(oit_lab::methods().map(|method| method.name())));
+    assert!(all.eq(oit_lab::methods().map(oit_capture::Method::name)));
 }
 
 #[test]

@@ -19,6 +19,9 @@ pub(super) struct PeelPasses;
 /// Run, scene, view, resolution and covered pixels: all that groups of one chart share.
 type Series<'a> = (String, &'a str, &'a str, [u32; 2], u64);
 
+/// The median and the ends of its interval in ms, and the largest error.
+type Point = ([f64; 3], f64);
+
 /// Smaller errors are drawn as this: those of exact pictures are rounding.
 const FLOOR: f64 = 1e-7;
 
@@ -61,10 +64,9 @@ fn peels(cell: &CellResult) -> bool {
     cell.technique.method.contains("peel") && cell.technique.method_size.is_empty()
 }
 
-/// The largest error of a channel of a cell that is timed.
+/// The largest error of a colour channel of a cell that is timed.
 fn largest_error(cell: &CellResult) -> Option<f64> {
-    let result = cell.verification.as_ref().filter(|_| !cell.times.is_empty())?;
-    Some(result.max_error.max(result.max_alpha_error))
+    cell.verification.as_ref().filter(|_| !cell.times.is_empty()).map(|result| result.max_error)
 }
 
 fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Output> {
@@ -88,7 +90,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     };
     // Methods in the order of the experiment.
     let mut methods: Vec<&str> = Vec::new();
-    let mut points: BTreeMap<(&str, u64), ([f64; 3], f64)> = BTreeMap::new();
+    let mut points: BTreeMap<(&str, u64), Point> = BTreeMap::new();
     for (&depth, group) in depths {
         for cell in &group.cells {
             let (Some(error), Some(timing)) = (largest_error(cell), cell.times.get(TOTAL)) else {
@@ -116,7 +118,7 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     let heads = depths.keys().map(|&depth| depth as f64);
     let mut x = Scale::logarithmic("fragments of every pixel", heads.clone());
     x.ticks = heads.collect();
-    let panel = |title: &str, across: Option<f64>, of: &dyn Fn(&([f64; 3], f64)) -> [f64; 3]| {
+    let panel = |title: &str, across: Option<f64>, of: &dyn Fn(&Point) -> [f64; 3]| {
         let values = points.values().flat_map(of).chain(across);
         let lines = methods.iter().enumerate().map(|(place, &method)| Line {
             label: method.to_owned(),
@@ -132,11 +134,11 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
     };
     let panels = vec![
         panel("Total time, ms", None, &|(ms, _)| *ms),
-        panel("Largest error of a channel; across: 1/255", Some(EIGHT_BITS), &|(_, error)| {
+        panel("Largest error of a colour; across: 1/255", Some(EIGHT_BITS), &|(_, error)| {
             [error.max(FLOOR); 3]
         }),
     ];
-    let table = |heading: &str, text: &dyn Fn(&([f64; 3], f64)) -> String| {
+    let table = |heading: &str, text: &dyn Fn(&Point) -> String| {
         let heads = depths.keys().map(|depth| format!("{depth}"));
         let rows = methods.iter().map(|&method| {
             let cells = depths
@@ -154,13 +156,14 @@ fn output(scene: &str, view: &str, depths: &BTreeMap<u64, Group>) -> Option<Outp
         chart: Box::new(Lines(panels)),
         tables: vec![
             table("Total time, ms", &|(ms, _)| three_digits(ms[0])),
-            table("Largest error of a channel", &|(_, error)| number(*error)),
+            table("Largest error of a colour channel", &|(_, error)| number(*error)),
         ],
         csv,
         notes: vec![format!(
             "Medians of the whole frame, with 95 % bootstrap intervals. Dual peeling draws the scene \
              once for every two layers and once more, the others once a layer; all with as many passes \
-             as the deepest pixel takes. Errors below {FLOOR:e} are drawn as that."
+             as the deepest pixel takes. Errors below {FLOOR:e} are drawn as that. Those of alpha are \
+             in the CSV: dual_peel_forward11 has no room for it behind the front layers."
         )],
         stamps: depths.values().map(|group| Stamp::of(group.run)).collect(),
     })

@@ -14,7 +14,7 @@ const METHODS: [(&str, u32); 3] = [("depth_peel", 1), ("dual_peel", 2), ("dual_p
 /// Writes a run of stacks of 4, 8 and 16 layers.
 pub(crate) fn write_run(folder: &Path, device: &str) {
     let mut cells = Vec::new();
-    for count in [4, 8, 16] {
+    for count in [4_u32, 8, 16] {
         for (method, layers) in METHODS {
             let cell = Cell {
                 technique: method.to_owned(),
