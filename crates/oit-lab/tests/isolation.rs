@@ -38,12 +38,12 @@ while read -r request; do
   case $request in
     '{"Open"'*) echo '{"Opened":{"id":"fake","backend":"fake","name":"fake","driver":"","api":"","kind":"other","subgroup_size":null,"max_storage_buffer_bytes":0,"max_workgroup_bytes":0,"max_workgroup_invocations":0,"timestamp_period_ns":null,"memory_bytes":null,"unsupported":[]}}' ;;
     '{"View"'*) echo '{"Counted":{"triangles":1,"histogram":[63,1]}}' ;;
-    '{"Prepare"'*'"verify":true'*) echo "$verified" ;;
+    '{"Prepare"'*'"check":"'*) echo "$verified" ;;
     '{"Prepare"'*) echo '{"Prepared":{"verification":null,'"$programs"'}}' ;;
     '{"Sample"'*)
       for cell in $(echo "$request" | tr -dc '0-9,' | tr ',' ' '); do
         if [ "$cell" = "$1" ]; then $2; fi
-        echo '{"Sampled":{"stages_ns":[["resolve",5]],"total_ns":7}}'
+        echo '{"Sampled":{"stages_ns":[["resolve",5]],"parts_ns":[],"total_ns":7}}'
       done ;;
     '"Spent"') echo '{"Spent":{"scene_ms":0.0,"prepare_ms":0.0,"verify_ms":0.0,"render_ms":0.0}}' ;;
   esac
