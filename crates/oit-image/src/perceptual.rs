@@ -50,7 +50,7 @@ mod tests {
 
     fn checkers(width: u32, height: u32, dark: f32, bright: f32) -> Image {
         let pixel = |i: u32| {
-            let on = (i % width / 4 + i / width / 4) % 2 == 0;
+            let on = (i % width / 4 + i / width / 4).is_multiple_of(2);
             let value = if on { bright } else { dark };
             [value, value, value, 1.0]
         };

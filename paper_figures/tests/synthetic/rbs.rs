@@ -15,9 +15,11 @@ pub(crate) const DEPTHS: [u32; 8] = [8, 16, 32, 64, 128, 256, 512, 1024];
 /// The made-up time of passthrough, in nanoseconds: those of the others are multiples of it.
 const FLOOR_NS: f64 = 50_000.0;
 
-/// The sorts in compute, with the most fragments they hold and the made-up time over that of
-/// passthrough at so many fragments.
-const SORTS: &[(&str, u32, fn(f64) -> f64)] = &[
+/// A sort's name, the most fragments it holds, and its time over passthrough's at so many fragments.
+type Sort = (&'static str, u32, fn(f64) -> f64);
+
+/// The sorts in compute, with made-up times.
+const SORTS: &[Sort] = &[
     ("passthrough", 4096, |_| 1.0),
     ("unsorted", 4096, |_| 1.1),
     ("insertion", 4096, |n| 1.0 + n / 8.0),
