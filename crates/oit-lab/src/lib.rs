@@ -31,7 +31,7 @@ pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};
 pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
-    CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
+    CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData, ViewError,
     open_engine,
 };
 pub use experiment::{
