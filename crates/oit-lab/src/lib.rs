@@ -31,8 +31,8 @@ pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};
 pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
-    CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData, ViewError,
-    open_engine,
+    CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
+    ViewError, open_engine,
 };
 pub use experiment::{
     Experiment, ExperimentError, Overrides, PathProfile, PlannedCell, Profile, ProfileName,
