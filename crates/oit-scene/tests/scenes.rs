@@ -26,6 +26,7 @@ fn every_scene_file_loads() {
             "dragon",
             "grid",
             "hairball",
+            "helix",
             "intersecting",
             "planes",
             "planes2",
