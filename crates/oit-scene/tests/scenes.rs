@@ -35,7 +35,8 @@ fn every_scene_file_loads() {
             "shells",
             "smoke",
             "sphere_stack",
-            "stack"
+            "stack",
+            "virus"
         ]
     );
     for entry in &entries {
