@@ -13,7 +13,7 @@ mod physical;
 mod pipeline;
 mod prepared;
 mod sample_mask;
-mod words;
+pub(crate) mod words;
 
 use crate::device::{POISON, no_resource, not_prepared};
 use crate::pipeline_key::PipelineKey;

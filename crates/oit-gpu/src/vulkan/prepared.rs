@@ -300,6 +300,11 @@ impl Prepared {
                             let stride = DRAW_STRIDE_BYTES;
                             device.cmd_draw_indirect(commands, raw, at, *draws, stride);
                         }
+                        Draw::Mesh { workgroups: [x, y, z] } => {
+                            if let Some(mesh) = &self.gpu.mesh {
+                                mesh.cmd_draw_mesh_tasks(commands, *x, *y, *z);
+                            }
+                        }
                         Draw::IndexedIndirect {
                             vertices,
                             indices,

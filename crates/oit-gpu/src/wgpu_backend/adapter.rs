@@ -2,7 +2,7 @@
 
 use super::{block_on, formats};
 use crate::features::Features as ShaderFeatures;
-use crate::limits::Limits;
+use crate::limits::{Limits, StageLimits};
 use crate::{Format, GpuError};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use oit_record::{DeviceInfo, Unsupported};
@@ -162,6 +162,7 @@ fn limits(
         color_bytes: limits.max_color_attachment_bytes_per_sample,
         // Where the API has no such command, wgpu makes one draw after the other.
         indirect_draws: u32::MAX,
+        stages: StageLimits::default(),
         first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
         drawable: Format::ALL.into_iter().filter(drawable).collect(),
         blendable: Format::ALL.into_iter().filter(blendable).collect(),
@@ -211,7 +212,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         never("pipeline executable properties"),
         feature("64-bit atomics", Features::SHADER_INT64_ATOMIC_ALL_OPS),
         feature("64-bit atomic minimum and maximum", Features::SHADER_INT64_ATOMIC_MIN_MAX),
-        feature("mesh shaders", Features::EXPERIMENTAL_MESH_SHADER),
+        ("mesh shaders", false, "they are in GLSL, which wgpu does not take".to_owned()),
     ]
     .into_iter()
     .filter(|(_, supported, _)| !supported)

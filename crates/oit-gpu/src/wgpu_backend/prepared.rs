@@ -273,6 +273,8 @@ impl Prepared {
                     pass.multi_draw_indirect(arguments, *offset_bytes, *draws);
                 }
             }
+            // Refused before: the backend has no stages in GLSL.
+            Draw::Mesh { .. } => {}
             Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
                 if let (Some(vertices), Some(indices), Some(arguments)) =
                     (self.buffer(vertices), self.buffer(indices), self.buffer(arguments))
