@@ -17,7 +17,7 @@ mod timing;
 mod vulkan;
 mod wgpu_backend;
 
-pub use device::{Compiled, Device, GpuError, Part, PlanId, Timing};
+pub use device::{Compiled, Device, GpuError, Part, PassStatistics, PlanId, Timing};
 pub use devices::{Listed, enumerate, open};
 pub use oit_record::DeviceInfo;
 pub use plan::{

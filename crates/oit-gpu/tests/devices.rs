@@ -36,6 +36,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("draws_to_eight_targets", draws_to_eight_targets),
     ("geometry_stages_make_squares_of_points", geometry_stages_make_squares_of_points),
     ("tessellation_stages_make_a_grid", tessellation_stages_make_a_grid),
+    ("counts_what_each_raster_pass_does", counts_what_each_raster_pass_does),
     ("points_are_as_large_as_told", points_are_as_large_as_told),
     ("mesh_stages_make_squares", mesh_stages_make_squares),
     ("minima_and_maxima_of_64_bits", minima_and_maxima_of_64_bits),
@@ -882,6 +883,16 @@ fn glsl(extension: &str, source: &str) -> Arc<str> {
 }
 
 fn geometry_stages_make_squares_of_points(device: &mut dyn Device) {
+    let plan = geometry_columns();
+    let listed = plan.to_string();
+    assert!(listed.contains("stages in GLSL: vertex, geometry; of points"), "{listed}");
+    assert!(listed.contains("    reads columns\n"), "{listed}");
+    if !lacks(device, "geometry shader", &plan) {
+        assert_columns_are_drawn(device, &plan);
+    }
+}
+
+fn geometry_columns() -> Plan {
     let vertex = "#version 460
         layout(location = 0) flat out int number;
         void main() { number = gl_VertexIndex; gl_Position = vec4(0.0, 0.0, 0.5, 1.0); }";
@@ -904,13 +915,7 @@ fn geometry_stages_make_squares_of_points(device: &mut dyn Device) {
         tessellation: None,
         geometry: Some(glsl("", geometry)),
     });
-    let plan = columns(stages, Draw::Vertices { count: 3, instances: 1 });
-    let listed = plan.to_string();
-    assert!(listed.contains("stages in GLSL: vertex, geometry; of points"), "{listed}");
-    assert!(listed.contains("    reads columns\n"), "{listed}");
-    if !lacks(device, "geometry shader", &plan) {
-        assert_columns_are_drawn(device, &plan);
-    }
+    columns(stages, Draw::Vertices { count: 3, instances: 1 })
 }
 
 fn tessellation_stages_make_a_grid(device: &mut dyn Device) {
@@ -946,6 +951,53 @@ fn tessellation_stages_make_a_grid(device: &mut dyn Device) {
     if !lacks(device, "tessellation shader", &plan) {
         assert_columns_are_drawn(device, &plan);
     }
+}
+
+/// Three columns of 8 pixels by a geometry stage, and four screens of 37 x 21 before them, by a plan
+/// that also does what is no raster pass.
+fn counts_what_each_raster_pass_does(device: &mut dyn Device) {
+    let draw = Draw::Vertices { count: 3, instances: 4 };
+    let color = vec![color("image", None, Load::Clear([0.0; 4]))];
+    let screens = Raster { draw, ..full_screen(COUNTING, color) };
+    let passes = vec![Pass::clear("clear", "counts"), Pass::raster("count", screens)];
+    let targets = vec![target("image", Format::R8Unorm, 37, 21)];
+    let plan = plan(vec![Buffer::new("counts", 4)], targets, passes);
+    let id = device.prepare(&plan).expect("prepared");
+    device.poison(id).expect("poisoned");
+    let lacking = &device.info().unsupported;
+    if lacking.iter().any(|missing| missing.feature == "pipeline statistics") {
+        let refused = device.statistics(id);
+        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+        return;
+    }
+    for _ in 0..2 {
+        let counted = device.statistics(id).expect("counted");
+        let [counted] = &counted[..] else { panic!("one raster pass: {counted:?}") };
+        assert_eq!(counted.pass, 1);
+        assert_eq!((counted.geometry_invocations, counted.tessellation_patches), (None, None));
+        assert!(counted.vertex_invocations >= 3, "{counted:?}");
+        assert_eq!(counted.clipping_invocations, 4, "{counted:?}");
+        assert!(counted.clipping_primitives >= 4, "{counted:?}");
+        // Quads that are partly outside may be counted in full.
+        assert!((4 * 37 * 21..=4 * 38 * 22 * 2).contains(&counted.fragment_invocations));
+        assert!(counted.input_vertices.is_none_or(|vertices| vertices == 12), "{counted:?}");
+        assert!(counted.input_primitives.is_none_or(|primitives| primitives == 4), "{counted:?}");
+        // It is a run like any other.
+        assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 4 * 37 * 21);
+    }
+    assert!(device.run(id).expect("ran").stages.len() <= 2);
+    let empty = device.prepare(&self::plan(vec![], vec![], vec![])).expect("prepared");
+    assert_eq!(device.statistics(empty).expect("counted"), []);
+    let geometry = geometry_columns();
+    if lacks(device, "geometry shader", &geometry) {
+        return;
+    }
+    let id = device.prepare(&geometry).expect("prepared");
+    let counted = &device.statistics(id).expect("counted")[0];
+    assert_eq!((counted.input_vertices, counted.vertex_invocations), (Some(3), 3), "{counted:?}");
+    assert_eq!(counted.geometry_invocations, Some(3), "{counted:?}");
+    assert_eq!(counted.geometry_primitives, Some(6), "{counted:?}");
+    assert!(counted.fragment_invocations >= 6, "{counted:?}");
 }
 
 fn mesh_stages_make_squares(device: &mut dyn Device) {

@@ -39,6 +39,7 @@ impl Gpu {
             .shader_tessellation_and_geometry_point_size(
                 has.shader_tessellation_and_geometry_point_size != 0,
             )
+            .pipeline_statistics_query(has.pipeline_statistics_query != 0)
             .multi_draw_indirect(has.multi_draw_indirect != 0)
             .draw_indirect_first_instance(has.draw_indirect_first_instance != 0)
             .shader_int64(has.shader_int64 != 0);

@@ -22,6 +22,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
     .union(Features::INDIRECT_FIRST_INSTANCE)
+    .union(Features::PIPELINE_STATISTICS_QUERY)
     .union(Features::PIPELINE_CACHE);
 
 /// What a timestamp in the midst of an encoder needs.
