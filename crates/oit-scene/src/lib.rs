@@ -17,6 +17,7 @@ mod path;
 mod random;
 mod scene;
 mod shading;
+mod spheres;
 
 pub use camera::{Camera, Projection};
 pub use fault::{Fault, Problem, parse_toml};
@@ -30,3 +31,4 @@ pub use path::{CameraPath, MAX_FRAMES};
 pub use random::SplitMix64;
 pub use scene::{Scene, SceneError, View, frame_view, no_such_frame, split_frame_view};
 pub use shading::{Shading, Stripes};
+pub use spheres::{Atom, Kind as SphereKind, Level, Object, Spheres};
