@@ -317,3 +317,30 @@ pub(crate) fn chain(error: &dyn std::error::Error) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_a_pixel_add_up_as_in_webgpu() {
+        let sum = |formats: &[Format]| render_bytes(formats.iter().copied());
+
+        assert_eq!(sum(&[Format::Rgba8Unorm; 4]), 32);
+        assert_eq!(sum(&[Format::Rgba32Float; 4]), 64);
+        let packed = [Format::R8Unorm, Format::R32Float, Format::R8Unorm, Format::Rg16Float];
+        // 1, then 4 from byte 4, 1 at byte 8, 4 from byte 10.
+        assert_eq!(sum(&packed), 14);
+        let mixed = [
+            Format::Rgba32Float,
+            Format::Rgba16Float,
+            Format::Rgba8Unorm,
+            Format::R32Float,
+            Format::Rg16Float,
+            Format::R32Uint,
+            Format::Rgba32Uint,
+            Format::R32Float,
+        ];
+        assert_eq!(sum(&mixed), 64);
+    }
+}

@@ -222,6 +222,15 @@ pub enum PreRaster {
     Mesh(Box<Mesh>),
 }
 
+impl PreRaster {
+    /// The stages in GLSL with their names, in the order in which they run.
+    #[must_use]
+    pub fn glsl_stages(&self) -> Vec<(&'static str, &str)> {
+        let stages = crate::glsl::stages(self).into_iter();
+        stages.map(|(stage, source)| (stage.name(), &**source)).collect()
+    }
+}
+
 impl From<Glsl> for PreRaster {
     fn from(stages: Glsl) -> Self {
         Self::Glsl(Box::new(stages))
