@@ -341,10 +341,11 @@ pub enum Draw {
     /// There may be many draws, each with its four, one behind the other; they run in that order.
     /// `@builtin(vertex_index)` counts from the draw's first vertex, and
     /// `@builtin(instance_index)` from its first instance: both contain the first on `vulkan` and on
-    /// wgpu's Vulkan and Metal. wgpu's DX12 adds it in the shader (`SV_InstanceID` counts from 0
-    /// there), with the same result. So draws tell themselves apart by their first instance. One
-    /// that is not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls
-    /// "first instance of indirect draws"; a pass of more than one draw is refused without it.
+    /// wgpu's Vulkan and Metal. So draws tell themselves apart by their first instance. One that is
+    /// not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls "first instance of
+    /// indirect draws"; a pass of more than one draw is refused without it. wgpu's DX12 never has it
+    /// here: shaders count from 0 there, and what wgpu adds to that it knows of an indirect draw only
+    /// from passes that check the arguments, which are off because they would be timed.
     VerticesIndirect {
         /// The buffer of the four.
         arguments: String,

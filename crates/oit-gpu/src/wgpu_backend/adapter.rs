@@ -98,7 +98,7 @@ pub(super) fn open(adapter: &wgpu::Adapter, index: usize) -> Result<Opened, GpuE
         // wgpu does not tell.
         memory_bytes: None,
         cuda: None,
-        unsupported: unsupported(adapter.features(), downlevel),
+        unsupported: unsupported(adapter.features(), downlevel, limits.first_instance),
     };
     let cache_name = features
         .contains(Features::PIPELINE_CACHE)
@@ -164,7 +164,9 @@ fn limits(
         // Where the API has no such command, wgpu makes one draw after the other.
         indirect_draws: u32::MAX,
         stages: StageLimits::default(),
-        first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
+        // Shaders do not see it on DX12 without the passes that check indirect arguments.
+        first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE)
+            && told.backend != wgpu::Backend::Dx12,
         drawable: Format::ALL.into_iter().filter(drawable).collect(),
         blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
@@ -186,7 +188,11 @@ fn limits(
 }
 
 /// What techniques may need and wgpu or the adapter lacks.
-fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported> {
+fn unsupported(
+    features: Features,
+    downlevel: DownlevelFlags,
+    first_instance: bool,
+) -> Vec<Unsupported> {
     let feature = |name, feature: Features| {
         let missing: Vec<_> = (feature - features).iter_names().map(|(name, _)| name).collect();
         let reason = format!("the adapter lacks {}", missing.join(" and "));
@@ -204,7 +210,11 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         feature("subgroups in fragment", Features::SUBGROUP),
         feature("32-bit float blending", Features::FLOAT32_BLENDABLE),
         feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
-        feature("first instance of indirect draws", Features::INDIRECT_FIRST_INSTANCE),
+        (
+            "first instance of indirect draws",
+            first_instance,
+            "the adapter lacks INDIRECT_FIRST_INSTANCE, or shaders do not see it".to_owned(),
+        ),
         never("geometry shader"),
         never("tessellation shader"),
         never("fragment shader interlock"),
