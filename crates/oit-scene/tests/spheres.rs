@@ -296,6 +296,11 @@ fn a_factor_shares_kinds_and_nests() {
     assert_eq!(three.objects.len(), 105_000);
     assert_eq!(three.objects[..35_000], one.objects);
     assert!(three.total() > 100_000_000);
+    // For scaling: ten million drawn, from no more atoms.
+    let hiv = scene("virus.toml", &[]).view("hiv").unwrap().camera.eye;
+    let eight = spheres("virus.toml", &[("factor", 8.into())]);
+    assert!(drawn(&eight, hiv) > 10_000_000);
+    assert_eq!(eight.atoms.len(), one.atoms.len());
     // No virus lies in another.
     let lipids = |from: usize| -> Vec3 {
         let part = three.objects[from..from + 35_000].iter();
