@@ -734,6 +734,15 @@ fn peeling_is_drawn_against_the_number_of_layers() {
     let pareto = FIGURES.iter().find(|figure| figure.name() == "pareto").unwrap();
     let outputs = pareto.draw(&tables).unwrap();
     assert_eq!(outputs.len(), 3);
+    let verdicts = claims::verdicts(&tables).unwrap();
+    let said = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    assert_eq!(said("peel-two-layers-at-a-time").figure(), Some(2.0));
+    assert_eq!(said("peel-forward11-slower-in-series").word(), "does not hold");
+    assert_eq!(said("peel-r11g11b10-below-32").figure(), Some(16.0));
+    assert_eq!(said("peel-r11g11b10-below-32").word(), "does not hold");
+    assert_eq!(said("peel-r11g11b10-beyond-32").word(), "holds");
+    assert_eq!(said("peel-memory-bounded").figure(), Some(1.0));
+    assert_eq!(said("peel-forward32-fine").word(), "not tested");
     let resolve = |output: &Output| field(output, &[("technique", "dual_peel")], "resolve_ms");
     assert!(outputs.iter().all(|output| resolve(output).is_empty()));
     // Without three depths there is nothing to draw a line through.

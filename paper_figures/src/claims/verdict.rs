@@ -6,7 +6,7 @@ use analysis::Tables;
 
 use super::measured::Measured;
 use super::paper::Paper;
-use super::{Claim, Finding, all};
+use super::{Claim, ClaimKind, Finding, all};
 use crate::FigureError;
 use crate::axis::three_digits;
 use crate::output::{Csv, Stamp, Table};
@@ -107,7 +107,8 @@ pub fn markdown(verdicts: &[Verdict], tables: &Tables) -> String {
     let mut text =
         "# Verdicts\n\nWhether the papers' claims hold on the devices measured. The figure \
                     is the one that the rule compares; beside it, the same from the paper's own \
-                    numbers on the same views, where it printed them.\n\n"
+                    numbers on the same views, where it printed them. Sentences in quotation marks \
+                    stand so in their source; known is what is said of a method, in our words.\n\n"
             .to_owned();
     let devices: BTreeSet<&str> = verdicts.iter().map(|verdict| verdict.device.as_str()).collect();
     for device in devices {
@@ -120,7 +121,13 @@ pub fn markdown(verdicts: &[Verdict], tables: &Tables) -> String {
                 figure(verdict.figure()).into(),
                 figure(verdict.published).into(),
                 verdict.detail().into(),
-                format!("“{}” ({}, {})", claim.sentence, verdict.paper, claim.place).into(),
+                match claim.kind {
+                    ClaimKind::Quoted => {
+                        format!("“{}” ({}, {})", claim.sentence, verdict.paper, claim.place)
+                    }
+                    ClaimKind::Known => format!("Known: {} ({})", claim.sentence, claim.place),
+                }
+                .into(),
                 claim.reading.clone().into(),
             ]
         });
@@ -153,6 +160,7 @@ pub fn csv(verdicts: &[Verdict], tables: &Tables) -> String {
         "detail",
         "sentence",
         "reading",
+        "kind",
     ];
     let rows = verdicts.iter().map(|verdict| {
         let claim = &verdict.claim;
@@ -168,6 +176,7 @@ pub fn csv(verdicts: &[Verdict], tables: &Tables) -> String {
             verdict.detail().to_owned(),
             claim.sentence.clone(),
             claim.reading.clone(),
+            claim.kind.name().to_owned(),
         ]
     });
     let comments: String =
