@@ -1,5 +1,7 @@
 //! The figures and tables there are, one file each.
 
+mod approx_accuracy;
+mod approx_errors;
 mod bma_figure_3;
 mod bma_figure_4;
 mod bma_figure_5;
@@ -92,6 +94,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
     &peel_passes::PeelPasses,
+    &approx_accuracy::ApproxAccuracy,
+    &approx_errors::ApproxErrors,
     &sort_depths::SortDepths,
     &sort_deep::SortDeep,
     &sort_intervals::SortIntervals,

@@ -8,7 +8,7 @@ use super::measured::Measured;
 use super::paper::Paper;
 use super::{Claim, ClaimKind, Finding, all};
 use crate::FigureError;
-use crate::axis::three_digits;
+use crate::axis::{number, three_digits};
 use crate::output::{Csv, Stamp, Table};
 
 /// Whether a claim holds.
@@ -94,7 +94,11 @@ pub fn verdicts(tables: &Tables) -> Result<Vec<Verdict>, FigureError> {
 }
 
 fn figure(value: Option<f64>) -> String {
-    value.map_or("–".to_owned(), three_digits)
+    // Three digits have no room for what is next to nothing.
+    value.map_or("–".to_owned(), |value| match value.abs() {
+        size if size > 0.0 && size < 1e-4 => number(value),
+        _ => three_digits(value),
+    })
 }
 
 fn stamps(tables: &Tables) -> BTreeSet<Stamp> {
