@@ -35,6 +35,7 @@ mod mechanism_registers;
 mod pareto;
 mod peel_passes;
 mod ratios;
+mod rbs_compile;
 mod rbs_figure_5;
 mod rbs_merge;
 mod rbs_registers;
@@ -80,6 +81,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_figure_5::RbsFigure5,
     &rbs_merge::RbsMerge,
     &rbs_registers::RbsRegisters,
+    &rbs_compile::RbsCompile,
     &cuda_resolve::CudaResolve,
     &bma_table_1::BmaTable1,
     &bma_table_2::BmaTable2,

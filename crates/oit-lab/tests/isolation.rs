@@ -64,6 +64,7 @@ fn setup(out: &Path, cell: &str, then: &str, resume: bool) -> Setup {
         commit: None,
         command: vec!["test".into()],
         worker: words.map(String::from).into(),
+        worker_environment: Vec::new(),
     }
 }
 

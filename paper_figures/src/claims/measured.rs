@@ -6,7 +6,8 @@ use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, Tables};
 
 use super::error_of::ErrorOf;
 use super::evidence::{
-    Along, Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+    Along, Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told,
+    View,
 };
 use crate::data::{Group, all_groups, frames, groups, groups_with, is_view, random_depth};
 use crate::figures::lfb_memory::lfb_bytes_at_16;

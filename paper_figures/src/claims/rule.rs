@@ -798,7 +798,8 @@ impl Rule {
             Self::SeriesSpeedup { technique, over, view, varies, stage, combine, bounds } => {
                 let techniques = [technique].into_iter().chain(over).map(String::as_str).collect();
                 let of = Along::Time(stage);
-                let points = evidence.series(&SeriesQuestion { techniques, view, varies: *varies, of })?;
+                let points =
+                    evidence.series(&SeriesQuestion { techniques, view, varies: *varies, of })?;
                 let ratio = |point: &SeriesPoint| {
                     let (own, others) = point.figures.split_first()?;
                     Some(others.iter().copied().fold(f64::INFINITY, f64::min) / own)

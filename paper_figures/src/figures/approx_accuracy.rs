@@ -79,8 +79,11 @@ fn short(value: f64) -> String {
 
 fn output(group: &Group) -> Output {
     let names = ERRORS.iter().map(|(name, ..)| *name);
-    let columns: Vec<&str> =
-        ["technique", "verdict"].into_iter().chain(names).chain(["total_ms", "memory_bytes"]).collect();
+    let columns: Vec<&str> = ["technique", "verdict"]
+        .into_iter()
+        .chain(names)
+        .chain(["total_ms", "memory_bytes"])
+        .collect();
     let mut csv = Csv { columns, rows: Vec::new() };
     let heads = ERRORS.iter().map(|(_, head, _)| *head);
     let heads = ["technique"].into_iter().chain(heads).chain(["total\nms", "memory\nMiB"]);
@@ -122,7 +125,7 @@ fn output(group: &Group) -> Output {
         notes: vec![
             "Colours are linear, premultiplied floats, compared before any rounding; alpha is apart. A \
              pixel is wrong if a colour channel is off by more than 1/255. PSNR is of a peak of 1. SSIM \
-             (windows of 11 × 11) and FLIP are of the picture over black in eight bits. Lines without \
+             (windows of 8 × 8) and FLIP are of the picture over black in eight bits. Lines without \
              errors are of pictures found exact, to within 1e-5. Times are medians."
                 .to_owned(),
         ],

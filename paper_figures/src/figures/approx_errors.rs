@@ -4,9 +4,9 @@ use analysis::{CellResult, Tables};
 use oit_image::false_color;
 use oit_record::Verdict;
 
+use super::Figure;
 use super::approx_accuracy::wanted;
 use super::images::{self, Errors, Rgb};
-use super::Figure;
 use crate::FigureError;
 use crate::axis::{number, three_digits};
 use crate::canvas::Colour;
