@@ -8,7 +8,7 @@ use super::Figure;
 use super::approx_accuracy::wanted;
 use super::images::{self, Errors, Rgb};
 use crate::FigureError;
-use crate::axis::{number, three_digits};
+use crate::axis::number;
 use crate::canvas::Colour;
 use crate::chart::{Picture, PictureRow, Pictures};
 use crate::claims::ErrorOf;
@@ -100,7 +100,7 @@ fn output(group: &Group) -> Result<Option<Output>, FigureError> {
             title: format!(
                 "{name}: {} % of pixels wrong, by up to {}, RMSE {}",
                 number(percent),
-                three_digits(said.max_error),
+                number(said.max_error),
                 number(said.rmse)
             ),
             pictures: vec![
