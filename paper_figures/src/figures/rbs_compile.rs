@@ -173,7 +173,7 @@ fn output(name: &str, device: &Device) -> Output {
              there. Which of the two a program is, its driver says. WGSL has been turned into SPIR-V \
              before."
                 .to_owned(),
-            "The caches that NVIDIA's driver and Mesa keep on disk are switched off in these runs; what \
+            "NVIDIA's driver and Mesa were asked to keep no cache on disk in these runs; what \
              another driver keeps of its own is not known. Medians where there are several runs."
                 .to_owned(),
         ],

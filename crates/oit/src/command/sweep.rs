@@ -47,8 +47,8 @@ pub(crate) struct Arguments {
     dry_run: bool,
 }
 
-/// What switches off the caches that drivers keep on disk: of NVIDIA's driver (README, "OpenGL shader
-/// disk cache", which its Vulkan shares) and of Mesa's (docs.mesa3d.org/envvars).
+/// What asks drivers to keep no cache on disk: NVIDIA's (documented for OpenGL; that its Vulkan goes by
+/// it has not been verified) and Mesa's (docs.mesa3d.org/envvars).
 const NO_DRIVER_CACHE: [(&str, &str); 2] =
     [("__GL_SHADER_DISK_CACHE", "0"), ("MESA_SHADER_CACHE_DISABLE", "true")];
 
