@@ -13,19 +13,25 @@
 //!                            floor(shared bytes of an SM / (bytes of a workgroup + reserved,
 //!                                                           rounded up to their allocation unit)))
 //! warps                = workgroups * warps of a workgroup
-//! bytes of a pixel     = fragments * (8 read + 4 link) + 16 written + 2 * local bytes touched
+//! bytes of a pixel     = fragments * (8 read + 4 link) + 16 written
+//!                        + 2 * local bytes touched * device bandwidth / L1 bandwidth
 //! local bytes touched  = min(local bytes of an invocation, fragments * 8)
 //! time                 ~ bytes of a pixel / warps
 //! ```
 //!
-//! The first part is NVIDIA's occupancy calculation (`cuda_occupancy.h`: registers are given to warps
-//! in units of 256, out of four partitions). In the fragment stage a warp counts as a workgroup, and
+//! The first part is NVIDIA's occupancy calculation (`cuda_occupancy.h` of CUDA 12 and 13,
+//! `cudaOccMaxBlocksPerSMRegsLimit`: registers are given to warps in units of 256, out of four partitions).
+//! How much of the L1 cache is set apart as shared memory (the carve-out) is the driver's choice; what is
+//! counted is the most there can be. In the fragment stage a warp counts as a workgroup, and
 //! neither limits of workgroups nor shared memory count. The last line is Little's law where latency
 //! bounds: with twice as many warps in flight, twice as many bytes arrive in the same time (Volkov,
 //! *Understanding Latency Hiding on GPUs*, 2016). Where the memory's bandwidth or
 //! instructions bound, it predicts too large a difference. Local memory lies in device memory behind
 //! the L1 cache, so that unlike in BMA 2013, section 3, its size does not limit the warps: only what is
-//! touched of it counts, an array's elements once written and once read.
+//! touched of it counts, an array's elements once written and once read. What is touched soon again is
+//! found in the L1 cache, whose bandwidth is several times that of device memory: a local byte counts
+//! for as much less. That all of it stays there is the best case. To count local bytes as bytes of
+//! device memory, as this model once did, predicts far too much: docs/METHODOLOGY.md has both errors.
 
 use oit_record::{DeviceInfo, Program};
 
@@ -44,20 +50,53 @@ pub struct SmLimits {
     pub workgroups: u64,
     /// Workgroup memory, in bytes.
     pub shared_bytes: u64,
+    /// Bandwidth of the device's memory, in GB/s.
+    pub device_gb_s: u32,
+    /// Bandwidth of the L1 caches of all multiprocessors, in GB/s.
+    pub l1_gb_s: u32,
 }
 
 /// Limits by words of a device's name. Source: CUDA C++ Programming Guide 12, section "Compute
-/// Capabilities", table "Technical Specifications per Compute Capability"; which device has which
-/// capability: developer.nvidia.com/cuda-gpus.
+/// Capabilities", table "Technical Specifications per Compute Capability", and for 9.0 the Hopper Tuning
+/// Guide (docs.nvidia.com/cuda/hopper-tuning-guide), "Occupancy"; which device has which capability:
+/// developer.nvidia.com/cuda-gpus. Bandwidths of memory are those of NVIDIA's product pages, of the SXM
+/// boards; those of L1 are 128 bytes a clock of each multiprocessor (132 at 1.755 GHz, 108 at 1.410), as
+/// doi.org/10.1016/j.ultsonch.2023.106546, Table 3, has them for whole chips.
 const LIMITS: &[(&[&str], SmLimits)] = &[
     (
-        &["NVIDIA H100", "NVIDIA H200", "NVIDIA GH200"],
+        &["NVIDIA H200"],
         SmLimits {
             capability: "9.0",
             registers: 65_536,
             threads: 2048,
             workgroups: 32,
             shared_bytes: 228 << 10,
+            device_gb_s: 4800,
+            l1_gb_s: 29_652,
+        },
+    ),
+    (
+        &["NVIDIA H100"],
+        SmLimits {
+            capability: "9.0",
+            registers: 65_536,
+            threads: 2048,
+            workgroups: 32,
+            shared_bytes: 228 << 10,
+            device_gb_s: 3350,
+            l1_gb_s: 29_652,
+        },
+    ),
+    (
+        &["NVIDIA GH200"],
+        SmLimits {
+            capability: "9.0",
+            registers: 65_536,
+            threads: 2048,
+            workgroups: 32,
+            shared_bytes: 228 << 10,
+            device_gb_s: 4000,
+            l1_gb_s: 29_652,
         },
     ),
     (
@@ -68,6 +107,8 @@ const LIMITS: &[(&[&str], SmLimits)] = &[
             threads: 2048,
             workgroups: 32,
             shared_bytes: 164 << 10,
+            device_gb_s: 1555,
+            l1_gb_s: 19_492,
         },
     ),
 ];
@@ -121,12 +162,14 @@ pub fn warps(limits: &SmLimits, program: &Program, figures: &ProgramFigures) -> 
     (warps > 0).then_some(warps)
 }
 
-/// Bytes that the resolve of a pixel of so many fragments moves. Local memory that is not told is
-/// left out.
+/// What the resolve of a pixel of so many fragments moves, in bytes of device memory: those of local
+/// memory, which the L1 cache serves, count for as much less as that is faster. Local memory that is not
+/// told is left out.
 #[must_use]
-pub fn pixel_bytes(fragments: f64, local_bytes: Option<u64>) -> f64 {
+pub fn pixel_bytes(limits: &SmLimits, fragments: f64, local_bytes: Option<u64>) -> f64 {
     let touched = local_bytes.map_or(0.0, |bytes| (bytes as f64).min(fragments * 8.0));
-    fragments * 12.0 + 16.0 + 2.0 * touched
+    let local = f64::from(limits.device_gb_s) / f64::from(limits.l1_gb_s);
+    fragments * 12.0 + 16.0 + 2.0 * touched * local
 }
 
 /// The predicted time of a program over that of another, on pixels of so many fragments.
@@ -143,8 +186,8 @@ pub fn predicted_ratio(
         return None;
     }
     let (own, other) = (warps(limits, program, figures)?, warps(limits, base, base_figures)?);
-    let bytes = pixel_bytes(fragments, figures.local_bytes);
-    let base_bytes = pixel_bytes(fragments, base_figures.local_bytes);
+    let bytes = pixel_bytes(limits, fragments, figures.local_bytes);
+    let base_bytes = pixel_bytes(limits, fragments, base_figures.local_bytes);
     // One division, so that what is equal by the formula is equal, and shares a rank.
     Some(bytes * other as f64 / (base_bytes * own as f64))
 }
@@ -278,19 +321,20 @@ mod tests {
 
     #[test]
     fn time_goes_with_bytes_over_warps() {
-        // 8 * 12 + 16 = 112, and an array of 8 fragments written and read: 2 * 64 more.
-        assert_eq!(pixel_bytes(8.0, None), 112.0);
-        assert_eq!(pixel_bytes(8.0, Some(0)), 112.0);
-        assert_eq!(pixel_bytes(8.0, Some(4096)), 240.0);
+        // 8 * 12 + 16 = 112, and an array of 8 fragments written and read: 2 * 64 more, in a cache of
+        // eight times the bandwidth.
+        let limits = SmLimits { device_gb_s: 1000, l1_gb_s: 8000, ..limits() };
+        let bytes = |local| pixel_bytes(&limits, 8.0, local);
+        assert_eq!([None, Some(0), Some(4096)].map(bytes), [112.0, 112.0, 128.0]);
         // A spill of less than the fragments.
-        assert_eq!(pixel_bytes(8.0, Some(16)), 144.0);
+        assert_eq!(bytes(Some(16)), 116.0);
         let program = program(None, None);
         let ratio = |a: ProgramFigures, b: ProgramFigures| {
-            predicted_ratio(&limits(), 8.0, (&program, &a), (&program, &b))
+            predicted_ratio(&limits, 8.0, (&program, &a), (&program, &b))
         };
-        // 240 bytes by 48 warps over 112 by 64.
+        // 128 bytes by 48 warps over 112 by 64.
         let predicted = ratio(figures(40, Some(512)), figures(32, Some(0))).unwrap();
-        assert!((predicted - (240.0 / 48.0) / (112.0 / 64.0)).abs() < 1e-12);
+        assert!((predicted - (128.0 / 48.0) / (112.0 / 64.0)).abs() < 1e-12);
         assert_eq!(ratio(figures(128, None), figures(32, None)), Some(4.0));
         assert_eq!(ratio(figures(128, Some(0)), figures(32, None)), None);
         assert_eq!(ratio(ProgramFigures::default(), figures(32, None)), None);

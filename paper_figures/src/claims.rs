@@ -1,6 +1,7 @@
 //! Claims of the papers, and whether they hold on a device. The sentences and rules live in
 //! `claims/*.toml`; the code here only evaluates rules.
 
+mod error_of;
 mod evidence;
 mod measured;
 mod paper;
@@ -8,6 +9,7 @@ mod rule;
 mod verdict;
 
 pub use crate::series::Varies;
+pub use error_of::ErrorOf;
 pub use rule::{Bounds, Combine, Finding, MemoryOf, ProgramOf, Rule};
 pub use verdict::{Answer, Verdict, csv, markdown, printed, verdicts};
 
@@ -15,15 +17,41 @@ use serde::Deserialize;
 
 use crate::FigureError;
 
-/// One sentence of a paper, made checkable.
+/// Where a claim's sentence is from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClaimKind {
+    /// It stands in the text that its file and place name, word for word.
+    #[default]
+    Quoted,
+    /// It is what is said of a method in general, in this project's words; the place names the method's
+    /// source, which is not quoted.
+    Known,
+}
+
+impl ClaimKind {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quoted => "quoted",
+            Self::Known => "known",
+        }
+    }
+}
+
+/// One sentence of a paper, or what is known of a method, made checkable.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Its name.
     pub id: String,
-    /// Where it stands in the paper.
+    /// Where its sentence is from.
+    #[serde(default)]
+    pub kind: ClaimKind,
+    /// Where it stands in the paper; the source of the method for what is [`ClaimKind::Known`].
     pub place: String,
-    /// The sentence, quoted.
+    /// The sentence, quoted unless it is [`ClaimKind::Known`].
     pub sentence: String,
     /// The rule in words: how the sentence is read.
     pub reading: String,
@@ -47,6 +75,8 @@ const FILES: &[(&str, &str)] = &[
     ("claims/rbs.toml", include_str!("../claims/rbs.toml")),
     ("claims/bma.toml", include_str!("../claims/bma.toml")),
     ("claims/lfb.toml", include_str!("../claims/lfb.toml")),
+    ("claims/peel.toml", include_str!("../claims/peel.toml")),
+    ("claims/approx.toml", include_str!("../claims/approx.toml")),
     ("claims/targets.toml", include_str!("../claims/targets.toml")),
 ];
 

@@ -1,5 +1,7 @@
 //! The figures and tables there are, one file each.
 
+mod approx_accuracy;
+mod approx_errors;
 mod bma_figure_3;
 mod bma_figure_4;
 mod bma_figure_5;
@@ -33,6 +35,7 @@ mod mechanism_registers;
 mod pareto;
 mod peel_passes;
 mod ratios;
+mod rbs_compile;
 mod rbs_figure_5;
 mod rbs_merge;
 mod rbs_registers;
@@ -78,6 +81,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_figure_5::RbsFigure5,
     &rbs_merge::RbsMerge,
     &rbs_registers::RbsRegisters,
+    &rbs_compile::RbsCompile,
     &cuda_resolve::CudaResolve,
     &bma_table_1::BmaTable1,
     &bma_table_2::BmaTable2,
@@ -92,6 +96,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
     &peel_passes::PeelPasses,
+    &approx_accuracy::ApproxAccuracy,
+    &approx_errors::ApproxErrors,
     &sort_depths::SortDepths,
     &sort_deep::SortDeep,
     &sort_intervals::SortIntervals,

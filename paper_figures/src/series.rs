@@ -38,11 +38,11 @@ const LEAST_POINTS: usize = 3;
 const SAME: f64 = 1.25;
 
 impl Varies {
-    /// The scene's parameters that may differ, of `grid`.
+    /// The scene's parameters that may differ, of `grid` and of `stack`.
     fn parameters(self) -> &'static [&'static str] {
         match self {
             Self::Size => &["size"],
-            Self::Depth => &["layers"],
+            Self::Depth => &["layers", "count"],
             Self::DepthAtSameTotal => &["layers", "size", "tessellation"],
         }
     }

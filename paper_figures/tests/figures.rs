@@ -10,8 +10,8 @@ use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
-    RBS_VIEWS, VIEWS, WRONG, bma, compared, flight, lfb, mechanism, peel, probe, rbs, write_counts,
-    write_rbs_views, write_run,
+    RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe,
+    rbs, write_counts, write_rbs_views, write_run,
 };
 
 const DEVICE: &str = "test device";
@@ -27,6 +27,9 @@ fn one_device(root: &Path) -> Tables {
     rbs::write_run(&root.join("rbs"), DEVICE);
     write_rbs_views(&root.join("rbs-views"), DEVICE);
     peel::write_run(&root.join("peel"), DEVICE);
+    approx::write_run(&root.join("approx"), DEVICE);
+    compile::write_run(&root.join("compiled"), DEVICE, false, Some("--cache=x"));
+    compile::write_run(&root.join("cached"), DEVICE, true, Some("--cache=x"));
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -560,6 +563,8 @@ fn predictions_stand_beside_what_was_measured() {
     // The smallest arrays are no predictions.
     assert!(markdown.contains("Error of 6 predictions (all): median 0 %, worst 0 %"), "{markdown}");
     assert!(markdown.contains("rank correlation 1.00"), "{markdown}");
+    // Of no change: times of 4/3, 2 and 4 are off by 1/4, 1/2 and 3/4.
+    assert!(markdown.contains("of no change with the size: median 50 %, worst 75 %"), "{markdown}");
 }
 
 #[test]
@@ -734,6 +739,16 @@ fn peeling_is_drawn_against_the_number_of_layers() {
     let pareto = FIGURES.iter().find(|figure| figure.name() == "pareto").unwrap();
     let outputs = pareto.draw(&tables).unwrap();
     assert_eq!(outputs.len(), 3);
+    let verdicts = claims::verdicts(&tables).unwrap();
+    let said = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    let twice = said("peel-two-layers-at-a-time").figure().unwrap();
+    assert!((twice - 2.0).abs() < 1e-4, "{twice}");
+    assert_eq!(said("peel-forward11-slower-in-series").word(), "does not hold");
+    assert_eq!(said("peel-r11g11b10-below-32").figure(), Some(16.0));
+    assert_eq!(said("peel-r11g11b10-below-32").word(), "does not hold");
+    assert_eq!(said("peel-r11g11b10-beyond-32").word(), "holds");
+    assert_eq!(said("peel-memory-bounded").figure(), Some(1.0));
+    assert_eq!(said("peel-forward32-fine").word(), "not tested");
     let resolve = |output: &Output| field(output, &[("technique", "dual_peel")], "resolve_ms");
     assert!(outputs.iter().all(|output| resolve(output).is_empty()));
     // Without three depths there is nothing to draw a line through.
@@ -741,6 +756,76 @@ fn peeling_is_drawn_against_the_number_of_layers() {
     lfb::write_runs(others.path(), DEVICE);
     let figure = FIGURES.iter().find(|figure| figure.name() == "peel-passes").unwrap();
     assert!(figure.draw(&read(&[others.path().to_owned()]).unwrap()).unwrap().is_empty());
+}
+
+/// Times to compile are of runs that say what cache they had: one that found it empty, and one that found
+/// what was left there.
+#[test]
+fn programs_are_compiled_and_found_in_the_cache() {
+    let root = tempfile::tempdir().unwrap();
+    let figure = FIGURES.iter().find(|figure| figure.name() == "rbs-compile").unwrap();
+    let draw = || figure.draw(&read(&[root.path().to_owned()]).unwrap()).unwrap();
+    compile::write_run(&root.path().join("compiled"), DEVICE, false, Some("--cache"));
+    // One run alone, or one whose caches are anyone's guess, is no comparison.
+    compile::write_run(&root.path().join("guess"), DEVICE, true, None);
+    assert!(draw().is_empty());
+    compile::write_run(&root.path().join("cached"), DEVICE, true, Some("--cache=folder"));
+    let output = draw().remove(0);
+    assert_eq!(output.csv.rows.len(), 6);
+    let of = |column: &str| field(&output, &[("sort", "rbs"), ("array", "32")], column);
+    assert_eq!((of("compiled_ms"), of("cached_ms")), ("32".to_owned(), "0.32".to_owned()));
+    assert_eq!((of("runs_compiled"), of("runs_cached")), ("1".to_owned(), "1".to_owned()));
+    assert!(output.tables[0].rows.iter().all(|row| row[4].text == "100"));
+    assert_eq!(output.stamps.len(), 2);
+}
+
+/// Of approximate methods all errors are told, alpha apart, and maps of them are drawn where pictures were
+/// kept; claims on errors are decided by them.
+#[test]
+fn approximate_methods_are_told_by_their_errors() {
+    let root = tempfile::tempdir().unwrap();
+    approx::write_run(root.path(), DEVICE);
+    let tables = read(&[root.path().to_owned()]).unwrap();
+    let outputs = |name: &str| {
+        let figure = FIGURES.iter().find(|figure| figure.name() == name).unwrap();
+        figure.draw(&tables).unwrap()
+    };
+    let accuracy = outputs("approx-accuracy");
+    assert_eq!(accuracy.len(), 3);
+    let of =
+        |technique: &str, column: &str| field(&accuracy[0], &[("technique", technique)], column);
+    assert_eq!(
+        (of("k_nearest/k8", "rmse"), of("k_nearest/k8", "ssim")),
+        ("0.04".into(), "0.96".into())
+    );
+    let psnr: f64 = of("moments8", "psnr_db").parse().unwrap();
+    assert!((psnr - 33.979_400_1).abs() < 1e-6, "{psnr}");
+    assert_eq!(of("k_nearest/k8", "max_alpha_error"), "0.25");
+    // What is left of an exact picture is rounding, and nothing to divide a signal by.
+    let exact = "linked_list/bma-list/network+rbs/compute/peak";
+    assert_eq!((of(exact, "rmse"), of(exact, "psnr_db")), ("0".into(), String::new()));
+    let errors = outputs("approx-errors");
+    assert_eq!(errors.len(), 1);
+    assert!(errors[0].name.starts_with("approx-errors-atrium"));
+    assert_eq!(errors[0].csv.rows.len(), 8);
+    let verdicts = claims::verdicts(&tables).unwrap();
+    let said = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    for (id, word) in [
+        ("approx-hybrid-beats-k-nearest", "holds"),
+        ("approx-nearest-beat-first", "holds"),
+        ("approx-stochastic-root", "holds"),
+        ("approx-moments-8-beat-4", "does not hold"),
+        ("approx-hybrid-alpha", "holds"),
+        ("approx-weighted-opaque", "not tested"),
+    ] {
+        assert_eq!(said(id).word(), word, "{id}: {}", said(id).detail());
+    }
+    let exponent = said("approx-stochastic-root").figure().unwrap();
+    assert!((exponent + 0.5).abs() < 1e-9, "{exponent}");
+    // What is known is no quotation.
+    let text = claims::markdown(&verdicts, &tables);
+    assert!(text.contains("Known: More moments, less error. (M"));
+    assert!(!text.contains("“More moments"));
 }
 
 #[test]

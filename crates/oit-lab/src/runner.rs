@@ -44,6 +44,8 @@ pub struct Setup {
     pub command: Vec<String>,
     /// The program and its arguments that serve as worker.
     pub worker: Vec<String>,
+    /// Variables that are set in the worker's environment, besides this process's own.
+    pub worker_environment: Vec<(String, String)>,
 }
 
 /// Why a run stopped.
@@ -621,6 +623,7 @@ impl Client {
         };
         let mut child = Command::new(program)
             .args(arguments)
+            .envs(setup.worker_environment.iter().map(|(name, value)| (name, value)))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

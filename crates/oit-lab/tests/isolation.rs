@@ -36,7 +36,7 @@ programs='"programs":[{"sort":"merge","store":"local","low":1,"high":8,"invocati
 verified='{"Prepared":{"verification":{"verdict":"exact","wrong_px":0,"max_error":0.0,"rmse":0.0,"max_alpha_error":0.0,"fragments_missing":0,"fragments_extra":0,"max_frags":8,"pool_initial":1,"pool_final":1,"pool_grown":0,"memory_bytes":0,"prepare_ms":0.0},'"$programs"'}}'
 while read -r request; do
   case $request in
-    '{"Open"'*) echo '{"Opened":{"id":"fake","backend":"fake","name":"fake","driver":"","api":"","kind":"other","subgroup_size":null,"max_storage_buffer_bytes":0,"max_workgroup_bytes":0,"max_workgroup_invocations":0,"timestamp_period_ns":null,"memory_bytes":null,"unsupported":[]}}' ;;
+    '{"Open"'*) echo '{"Opened":{"id":"fake","backend":"fake","name":"fake","driver":"'"$WORKER_DRIVER"'","api":"","kind":"other","subgroup_size":null,"max_storage_buffer_bytes":0,"max_workgroup_bytes":0,"max_workgroup_invocations":0,"timestamp_period_ns":null,"memory_bytes":null,"unsupported":[]}}' ;;
     '{"View"'*) echo '{"Counted":{"triangles":1,"histogram":[63,1]}}' ;;
     '{"Prepare"'*'"check":"'*) echo "$verified" ;;
     '{"Prepare"'*) echo '{"Prepared":{"verification":null,'"$programs"'}}' ;;
@@ -64,6 +64,7 @@ fn setup(out: &Path, cell: &str, then: &str, resume: bool) -> Setup {
         commit: None,
         command: vec!["test".into()],
         worker: words.map(String::from).into(),
+        worker_environment: Vec::new(),
     }
 }
 
@@ -108,6 +109,16 @@ fn a_crash_costs_one_cell() {
     assert!(reason.contains("exit status: 9"), "{reason}");
     let [first, _, last] = samples(&record);
     assert_eq!((first, last), (vec![0, 1, 2, 3], vec![0, 1, 2, 3]));
+}
+
+#[test]
+fn a_worker_has_the_variables_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut setup = setup(folder.path(), "none", "", false);
+    setup.worker_environment.push(("WORKER_DRIVER".into(), "1.2".into()));
+    start(&setup).expect("the run goes on");
+    let record = Record::read(folder.path()).expect("a good record");
+    assert_eq!(record.run.device.driver, "1.2");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use analysis::Ratio;
 
+use super::error_of::ErrorOf;
 use crate::series::Varies;
 
 /// A scene, by its name without parameters, and a view.
@@ -15,9 +16,8 @@ pub(super) trait Evidence {
     /// What a technique takes of memory.
     fn memory(&self, technique: &str, view: &View) -> Result<Memory, String>;
 
-    /// The share of a picture's pixels that are wrong, in percent. An exact one has none: where only
-    /// depth is compared, pixels without one right answer do not count.
-    fn wrong_percent(&self, technique: &str, view: &View) -> Result<f64, String>;
+    /// An error of a technique's picture.
+    fn error(&self, technique: &str, view: &View, of: ErrorOf) -> Result<f64, String>;
 
     /// Why a technique was refused on a view, if it was.
     fn refused(&self, technique: &str, view: &View) -> Result<Option<String>, String>;
@@ -38,13 +38,15 @@ pub(super) trait Evidence {
     /// pixel has the same number of fragments in random order.
     fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String>;
 
-    /// The times of techniques along a series: points that all of them have, three at least.
+    /// A figure of techniques along a series: points that all of them have, three at least.
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String>;
 }
 
 /// What a technique takes of memory on a view.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Memory {
+    /// All buffers and targets, the geometry included; 0 where it is not known.
+    pub(super) all_bytes: u64,
     /// The buffer that a resolve reads.
     pub(super) lfb_bytes: Option<u64>,
     /// The same with fragments of 16 bytes, derived.
@@ -71,7 +73,18 @@ pub(super) struct SortQuestion<'a> {
     pub(super) depths: std::ops::RangeInclusive<u64>,
 }
 
-/// Which times along a series a rule asks for.
+/// What of a technique is asked for along a series.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Along<'a> {
+    /// The median of a stage in milliseconds.
+    Time(&'a str),
+    /// An error of its picture.
+    Error(ErrorOf),
+    /// All memory, in bytes.
+    Memory,
+}
+
+/// Which figures along a series a rule asks for.
 pub(super) struct SeriesQuestion<'a> {
     /// The techniques.
     pub(super) techniques: Vec<&'a str>,
@@ -79,8 +92,8 @@ pub(super) struct SeriesQuestion<'a> {
     pub(super) view: &'a View,
     /// What changes.
     pub(super) varies: Varies,
-    /// The stage.
-    pub(super) stage: &'a str,
+    /// Which figure.
+    pub(super) of: Along<'a>,
 }
 
 /// One view of a series.
@@ -88,8 +101,8 @@ pub(super) struct SeriesQuestion<'a> {
 pub(super) struct SeriesPoint {
     /// Where it lies on the axis: fragments of all pixels, or of the deepest.
     pub(super) at: u64,
-    /// Medians in milliseconds, in the order of the techniques asked for.
-    pub(super) times_ms: Vec<f64>,
+    /// The figures, in the order of the techniques asked for.
+    pub(super) figures: Vec<f64>,
 }
 
 /// What is told of a program.

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, Tables};
-use oit_record::Verdict;
 
+use super::error_of::ErrorOf;
 use super::evidence::{
-    Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+    Along, Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told,
+    View,
 };
 use crate::data::{Group, all_groups, frames, groups, groups_with, is_view, random_depth};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
@@ -94,6 +95,12 @@ fn best_of(group: &Group, depth: u64, ask: &BestQuestion) -> Vec<Best> {
     schedules.into_values().filter_map(best).collect()
 }
 
+/// An error of a cell's picture, where it was recorded.
+fn error_of(cell: &CellResult, of: ErrorOf) -> Option<f64> {
+    let pixels = f64::from(cell.name.width_px) * f64::from(cell.name.height_px);
+    of.of(cell.verification.as_ref()?, pixels)
+}
+
 fn not_measured(technique: &str, scene: &str, view: &str) -> String {
     format!("not measured yet: no charted {technique} on {scene}, {view}")
 }
@@ -108,6 +115,7 @@ impl Evidence for Measured<'_> {
         let cell = self.cell(technique, view)?;
         let said = cell.verification.as_ref().ok_or_else(|| "no memory recorded".to_owned())?;
         Ok(Memory {
+            all_bytes: said.memory_bytes,
             lfb_bytes: said.lfb_bytes,
             lfb_bytes_at_16: lfb_bytes_at_16(said),
             slots: said.pool_final,
@@ -115,14 +123,9 @@ impl Evidence for Measured<'_> {
         })
     }
 
-    fn wrong_percent(&self, technique: &str, view: &View) -> Result<f64, String> {
-        let cell = self.cell(technique, view)?;
-        let said = cell.verification.as_ref().ok_or_else(|| "no verdict recorded".to_owned())?;
-        if said.verdict == Verdict::Exact {
-            return Ok(0.0);
-        }
-        let pixels = f64::from(cell.name.width_px) * f64::from(cell.name.height_px);
-        Ok(100.0 * said.wrong_px as f64 / pixels)
+    fn error(&self, technique: &str, view: &View, of: ErrorOf) -> Result<f64, String> {
+        error_of(self.cell(technique, view)?, of)
+            .ok_or_else(|| format!("{technique}: this error was not recorded"))
     }
 
     fn refused(&self, technique: &str, place: &View) -> Result<Option<String>, String> {
@@ -251,12 +254,20 @@ impl Evidence for Measured<'_> {
         for points in series(self.tables, scene, ask.varies, wanted) {
             let own = points.iter().filter(|point| point.group.run.device() == self.device);
             let point = |point: &crate::series::Point| {
-                let time = |technique: &&str| {
+                let figure = |technique: &&str| {
                     let cell = find(&point.group.cells, technique)?;
-                    cell.median_ms(ask.stage).filter(|&ms| ms > 0.0)
+                    let charted = Some(cell).filter(|cell| !cell.times.is_empty())?;
+                    match ask.of {
+                        Along::Time(stage) => charted.median_ms(stage).filter(|&ms| ms > 0.0),
+                        Along::Error(of) => error_of(charted, of),
+                        Along::Memory => {
+                            let bytes = charted.verification.as_ref()?.memory_bytes;
+                            Some(bytes as f64).filter(|&bytes| bytes > 0.0)
+                        }
+                    }
                 };
-                let times_ms = ask.techniques.iter().map(time).collect::<Option<Vec<f64>>>()?;
-                Some(SeriesPoint { at: ask.varies.at(point), times_ms })
+                let figures = ask.techniques.iter().map(figure).collect::<Option<Vec<f64>>>()?;
+                Some(SeriesPoint { at: ask.varies.at(point), figures })
             };
             let own: Vec<SeriesPoint> = own.filter_map(point).collect();
             if own.len() > longest.len() {

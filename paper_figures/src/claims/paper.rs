@@ -3,6 +3,7 @@
 
 use analysis::{RESOLVE, Ratio, TOTAL};
 
+use super::error_of::ErrorOf;
 use super::evidence::{
     Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
 };
@@ -92,8 +93,8 @@ impl Evidence for Paper {
         Err("no memory is published".to_owned())
     }
 
-    fn wrong_percent(&self, _: &str, _: &View) -> Result<f64, String> {
-        Err("no share of wrong pixels is published".to_owned())
+    fn error(&self, _: &str, _: &View, _: ErrorOf) -> Result<f64, String> {
+        Err("no error of a picture is published".to_owned())
     }
 
     fn refused(&self, _: &str, _: &View) -> Result<Option<String>, String> {

@@ -5,9 +5,11 @@ use analysis::{RESOLVE, TOTAL};
 use oit_record::statistics::Comparison;
 use serde::Deserialize;
 
+use super::error_of::ErrorOf;
 use super::evidence::{
-    BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+    Along, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
 };
+use crate::axis::number;
 use crate::series::{Fit, Varies, passes};
 
 /// How the figures of several views become one.
@@ -41,6 +43,8 @@ pub enum MemoryOf {
     Buffer,
     /// The same if fragments had 16 bytes: derived, not measured.
     BufferAt16,
+    /// All buffers and targets, the geometry included.
+    All,
 }
 
 /// Which figure of a program is compared.
@@ -296,6 +300,82 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
+    /// An error of a technique's picture, or that over the least of others'; infinite where theirs is 0
+    /// and its own is not, and 1 where both are.
+    Error {
+        /// The technique.
+        technique: String,
+        /// The others, if it is compared with any.
+        #[serde(default)]
+        over: Vec<String>,
+        /// Which error.
+        of: ErrorOf,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// An error of a technique's picture on one view over that on another.
+    ErrorContrast {
+        /// The technique.
+        technique: String,
+        /// Which error.
+        of: ErrorOf,
+        /// The view where it should be the greater, and the other.
+        views: (View, View),
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The exponent of the power of a size that a method's error follows: -0.5 for an error that falls
+    /// with the square root.
+    ErrorExponent {
+        /// The method in three sizes or more, and the number of each.
+        sizes: Vec<(String, f64)>,
+        /// Which error.
+        of: ErrorOf,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// The first place along a series at which an error of a technique's picture is beyond a bound;
+    /// infinite where it is at none.
+    LostFrom {
+        /// The technique.
+        technique: String,
+        /// Which error.
+        of: ErrorOf,
+        /// The bound.
+        beyond: f64,
+        /// The scene and view.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// The bounds of the place.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
+    /// All memory of techniques along a series: the greatest over the least, the geometry included.
+    MemoryGrowth {
+        /// The techniques.
+        techniques: Vec<String>,
+        /// The scene and view.
+        view: View,
+        /// What changes along the series.
+        varies: Varies,
+        /// How techniques are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
     /// A technique is refused on a view on which another runs. The figure is 1 where it is, else 0.
     Refused {
         /// The technique.
@@ -411,6 +491,7 @@ impl MemoryOf {
         let bytes = match self {
             Self::Buffer => memory.lfb_bytes,
             Self::BufferAt16 => memory.lfb_bytes_at_16,
+            Self::All => Some(memory.all_bytes),
         };
         bytes.filter(|&bytes| bytes > 0)
     }
@@ -456,16 +537,16 @@ fn line(
     stage: &str,
     evidence: &dyn Evidence,
 ) -> Result<Fit, String> {
-    let ask = SeriesQuestion { techniques: vec![technique], view, varies, stage };
+    let ask = SeriesQuestion { techniques: vec![technique], view, varies, of: Along::Time(stage) };
     let points = evidence.series(&ask)?;
-    let points = points.iter().map(|point| (point.at as f64, point.times_ms[0]));
+    let points = points.iter().map(|point| (point.at as f64, point.figures[0]));
     let points: Vec<(f64, f64)> = points.collect();
     Fit::of(&points).ok_or_else(|| format!("no line through the times of {technique}"))
 }
 
 /// Whether sorting takes more than half of the total, at points with the time of a sort and of none.
 fn dominant(points: &[SeriesPoint], from: u64, until: u64) -> Result<Finding, String> {
-    let share = |point: &SeriesPoint| match point.times_ms[..] {
+    let share = |point: &SeriesPoint| match point.figures[..] {
         [sorted, floor] => Some((point.at as f64, (sorted - floor) / sorted)),
         _ => None,
     };
@@ -484,6 +565,14 @@ fn dominant(points: &[SeriesPoint], from: u64, until: u64) -> Result<Finding, St
         holds,
         detail: format!("share of sorting at depth: {}", parts.join(", ")),
     })
+}
+
+/// One error over another.
+fn over_error(own: f64, other: f64) -> f64 {
+    match own == other {
+        true => 1.0,
+        false => own / other,
+    }
 }
 
 impl Bounds {
@@ -534,17 +623,28 @@ fn each(
     evidence: &dyn Evidence,
     figure: impl Fn(&View) -> Result<f64, String>,
 ) -> Result<(Vec<f64>, String), String> {
+    each_in(|figure| format!("{figure:.2}"), views, evidence, figure)
+}
+
+/// The same with figures written so.
+fn each_in(
+    text: impl Fn(f64) -> String,
+    views: &[View],
+    evidence: &dyn Evidence,
+    figure: impl Fn(&View) -> Result<f64, String>,
+) -> Result<(Vec<f64>, String), String> {
     let views = expanded(views, evidence)?;
     let figures = views.iter().map(figure).collect::<Result<Vec<f64>, String>>()?;
     if views.len() > MOST_TOLD {
         let (least, most) = (Combine::Least.of(&figures), Combine::Greatest.of(&figures));
         let mean = Combine::Mean.of(&figures);
-        let detail = format!("{least:.2} to {most:.2}, mean {mean:.2}, on {} views", views.len());
+        let [least, most, mean] = [least, most, mean].map(text);
+        let detail = format!("{least} to {most}, mean {mean}, on {} views", views.len());
         return Ok((figures, detail));
     }
     let parts = views.iter().zip(&figures);
     let parts: Vec<String> =
-        parts.map(|((scene, view), figure)| format!("{scene} {view} {figure:.2}")).collect();
+        parts.map(|((scene, view), figure)| format!("{scene} {view} {}", text(*figure))).collect();
     Ok((figures, parts.join(", ")))
 }
 
@@ -573,6 +673,9 @@ impl Rule {
                 over.iter().map(|(over, _)| over).chain([&technique.0]).collect()
             }
             Self::Contrast { technique, over, .. } => vec![technique, over],
+            Self::Error { technique, over, .. } => over.iter().chain([technique]).collect(),
+            Self::ErrorContrast { technique, .. } => vec![technique],
+            Self::ErrorExponent { sizes, .. } => sizes.iter().map(|(name, _)| name).collect(),
             Self::LikeSeries { technique, .. } | Self::WrongPixels { technique, .. } => {
                 vec![technique]
             }
@@ -589,6 +692,8 @@ impl Rule {
             | Self::BestSort { .. }
             | Self::Linear { .. }
             | Self::SeriesSpeedup { .. }
+            | Self::LostFrom { .. }
+            | Self::MemoryGrowth { .. }
             | Self::Dominant { .. } => Vec::new(),
         };
         named.into_iter().map(String::as_str).collect()
@@ -692,10 +797,11 @@ impl Rule {
             }
             Self::SeriesSpeedup { technique, over, view, varies, stage, combine, bounds } => {
                 let techniques = [technique].into_iter().chain(over).map(String::as_str).collect();
-                let ask = SeriesQuestion { techniques, view, varies: *varies, stage };
-                let points = evidence.series(&ask)?;
+                let of = Along::Time(stage);
+                let points =
+                    evidence.series(&SeriesQuestion { techniques, view, varies: *varies, of })?;
                 let ratio = |point: &SeriesPoint| {
-                    let (own, others) = point.times_ms.split_first()?;
+                    let (own, others) = point.figures.split_first()?;
                     Some(others.iter().copied().fold(f64::INFINITY, f64::min) / own)
                 };
                 let figures: Vec<f64> = points.iter().filter_map(ratio).collect();
@@ -706,7 +812,8 @@ impl Rule {
             }
             Self::Dominant { technique, floor, view, varies, from, until } => {
                 let techniques = vec![technique.as_str(), floor.as_str()];
-                let ask = SeriesQuestion { techniques, view, varies: *varies, stage: TOTAL };
+                let of = Along::Time(TOTAL);
+                let ask = SeriesQuestion { techniques, view, varies: *varies, of };
                 return dominant(&evidence.series(&ask)?, *from, *until);
             }
             Self::LikeSeries { technique, view, varies, stage, views, bounds } => {
@@ -741,8 +848,68 @@ impl Rule {
                 (combine.of(&figures), *bounds, detail)
             }
             Self::WrongPixels { technique, views, combine, bounds } => {
-                let wrong = |view: &View| evidence.wrong_percent(technique, view);
+                let wrong = |view: &View| evidence.error(technique, view, ErrorOf::WrongPercent);
                 let (figures, detail) = each(views, evidence, wrong)?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Error { technique, over, of, views, combine, bounds } => {
+                let (figures, detail) = each_in(number, views, evidence, |view| {
+                    let own = evidence.error(technique, view, *of)?;
+                    let others = over.iter().map(|other| evidence.error(other, view, *of));
+                    let others = others.collect::<Result<Vec<f64>, String>>()?;
+                    Ok(match over.is_empty() {
+                        true => own,
+                        false => over_error(own, Combine::Least.of(&others)),
+                    })
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::ErrorContrast { technique, of, views: (first, second), bounds } => {
+                let a = evidence.error(technique, first, *of)?;
+                let b = evidence.error(technique, second, *of)?;
+                let detail = format!(
+                    "{} {} {}, {} {} {}",
+                    first.0,
+                    first.1,
+                    number(a),
+                    second.0,
+                    second.1,
+                    number(b)
+                );
+                (over_error(a, b), *bounds, detail)
+            }
+            Self::ErrorExponent { sizes, of, views, combine, bounds } => {
+                let (figures, detail) = each(views, evidence, |view| {
+                    let point = |(technique, size): &(String, f64)| {
+                        Ok((*size, evidence.error(technique, view, *of)?))
+                    };
+                    let points = sizes.iter().map(point).collect::<Result<Vec<_>, String>>()?;
+                    errors::exponent(&points)
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::LostFrom { technique, of, beyond, view, varies, bounds } => {
+                let (techniques, of) = (vec![technique.as_str()], Along::Error(*of));
+                let ask = SeriesQuestion { techniques, view, varies: *varies, of };
+                let points = evidence.series(&ask)?;
+                let points: Vec<(u64, f64)> =
+                    points.iter().map(|point| (point.at, point.figures[0])).collect();
+                let parts = points.iter().map(|(at, error)| format!("{at} {}", number(*error)));
+                let detail = format!("at {}", parts.collect::<Vec<String>>().join(", "));
+                (errors::lost_from(&points, *beyond), *bounds, detail)
+            }
+            Self::MemoryGrowth { techniques, view, varies, combine, bounds } => {
+                let mut figures = Vec::new();
+                for technique in techniques {
+                    let (one, of) = (vec![technique.as_str()], Along::Memory);
+                    let ask = SeriesQuestion { techniques: one, view, varies: *varies, of };
+                    let points = evidence.series(&ask)?;
+                    let bytes: Vec<f64> = points.iter().map(|point| point.figures[0]).collect();
+                    figures.push(errors::growth(&bytes));
+                }
+                let parts = techniques.iter().zip(&figures);
+                let parts = parts.map(|(name, growth)| format!("{name} {growth:.2}"));
+                let detail = parts.collect::<Vec<String>>().join(", ");
                 (combine.of(&figures), *bounds, detail)
             }
             Self::Refused { technique, beside, view } => {
@@ -828,5 +995,6 @@ impl Rule {
     }
 }
 
+mod errors;
 #[cfg(test)]
 mod tests;

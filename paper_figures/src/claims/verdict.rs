@@ -6,9 +6,9 @@ use analysis::Tables;
 
 use super::measured::Measured;
 use super::paper::Paper;
-use super::{Claim, Finding, all};
+use super::{Claim, ClaimKind, Finding, all};
 use crate::FigureError;
-use crate::axis::three_digits;
+use crate::axis::{number, three_digits};
 use crate::output::{Csv, Stamp, Table};
 
 /// Whether a claim holds.
@@ -94,7 +94,11 @@ pub fn verdicts(tables: &Tables) -> Result<Vec<Verdict>, FigureError> {
 }
 
 fn figure(value: Option<f64>) -> String {
-    value.map_or("–".to_owned(), three_digits)
+    // Three digits have no room for what is next to nothing.
+    value.map_or("–".to_owned(), |value| match value.abs() {
+        size if size > 0.0 && size < 1e-4 => number(value),
+        _ => three_digits(value),
+    })
 }
 
 fn stamps(tables: &Tables) -> BTreeSet<Stamp> {
@@ -107,7 +111,8 @@ pub fn markdown(verdicts: &[Verdict], tables: &Tables) -> String {
     let mut text =
         "# Verdicts\n\nWhether the papers' claims hold on the devices measured. The figure \
                     is the one that the rule compares; beside it, the same from the paper's own \
-                    numbers on the same views, where it printed them.\n\n"
+                    numbers on the same views, where it printed them. Sentences in quotation marks \
+                    stand so in their source; known is what is said of a method, in our words.\n\n"
             .to_owned();
     let devices: BTreeSet<&str> = verdicts.iter().map(|verdict| verdict.device.as_str()).collect();
     for device in devices {
@@ -120,7 +125,13 @@ pub fn markdown(verdicts: &[Verdict], tables: &Tables) -> String {
                 figure(verdict.figure()).into(),
                 figure(verdict.published).into(),
                 verdict.detail().into(),
-                format!("“{}” ({}, {})", claim.sentence, verdict.paper, claim.place).into(),
+                match claim.kind {
+                    ClaimKind::Quoted => {
+                        format!("“{}” ({}, {})", claim.sentence, verdict.paper, claim.place)
+                    }
+                    ClaimKind::Known => format!("Known: {} ({})", claim.sentence, claim.place),
+                }
+                .into(),
                 claim.reading.clone().into(),
             ]
         });
@@ -153,6 +164,7 @@ pub fn csv(verdicts: &[Verdict], tables: &Tables) -> String {
         "detail",
         "sentence",
         "reading",
+        "kind",
     ];
     let rows = verdicts.iter().map(|verdict| {
         let claim = &verdict.claim;
@@ -168,6 +180,7 @@ pub fn csv(verdicts: &[Verdict], tables: &Tables) -> String {
             verdict.detail().to_owned(),
             claim.sentence.clone(),
             claim.reading.clone(),
+            claim.kind.name().to_owned(),
         ]
     });
     let comments: String =

@@ -44,19 +44,29 @@ pub(super) fn block_px(frame_width: u32, width: usize) -> u32 {
     (1..=frame_width).find(|&side| frame_width.div_ceil(side) <= width).unwrap_or(1)
 }
 
+/// Where a picture of a cell lies, by the ending of its name.
+fn path(run: &RunInfo, cell: &Cell, ending: &str) -> PathBuf {
+    let Cell { technique, scene, view, width_px, height_px } = cell;
+    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
+    let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
+    let name: String = name.chars().map(safe).collect();
+    run.folder.join("images").join(format!("{name}.{ending}.png"))
+}
+
+/// Whether pictures of a cell were kept.
+pub(super) fn are_kept(run: &RunInfo, cell: &Cell) -> bool {
+    path(run, cell, "picture").exists()
+}
+
 /// The pictures of a cell, if they were kept.
 ///
 /// # Errors
 /// Where a file is missing beside the others, or damaged.
 pub(super) fn read(run: &RunInfo, cell: &Cell) -> Result<Option<Images>, FigureError> {
-    let Cell { technique, scene, view, width_px, height_px } = cell;
-    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
-    let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
-    let name: String = name.chars().map(safe).collect();
-    let path = |ending: &str| run.folder.join("images").join(format!("{name}.{ending}.png"));
-    if !path("picture").exists() {
+    if !are_kept(run, cell) {
         return Ok(None);
     }
+    let path = |ending: &str| path(run, cell, ending);
     let rgb = |ending: &str| -> Result<Rgb, FigureError> {
         let (width, bytes) = decode(path(ending), (png::ColorType::Rgb, png::BitDepth::Eight))?;
         Ok(Rgb { width, bytes })

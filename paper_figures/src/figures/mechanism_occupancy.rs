@@ -88,15 +88,27 @@ fn pairs<'a>(all: impl Iterator<Item = &'a Compared<'a>>) -> Vec<(f64, f64)> {
     others.filter_map(|one| Some((one.predicted?, one.measured.ratio))).collect()
 }
 
-fn error_text(of: &str, error: &ModelError) -> String {
-    let ModelError { count, median, worst, rank_correlation } = *error;
-    let rank = rank_correlation.map_or("none".to_owned(), |rank| format!("{rank:.2}"));
-    format!(
-        "Error of {count} predictions ({of}): median {:.0} %, worst {:.0} % of what was measured; \
-         Spearman's rank correlation {rank}.",
+/// How far predictions are off, beside how far it is off that nothing changes with the size. Nothing for
+/// none.
+fn error_text(of: &str, pairs: &[(f64, f64)]) -> Option<String> {
+    let ModelError { count, median, worst, rank_correlation } = ModelError::of(pairs)?;
+    let nothing: Vec<(f64, f64)> = pairs.iter().map(|(_, measured)| (1.0, *measured)).collect();
+    let nothing = ModelError::of(&nothing)?;
+    let same = |of: fn(&(f64, f64)) -> f64| pairs.iter().all(|pair| of(pair) == of(&pairs[0]));
+    let rank = match rank_correlation {
+        Some(rank) => format!("{rank:.2}"),
+        None if count < 3 => "none, since they are fewer than three".to_owned(),
+        None if same(|pair| pair.0) => "none, since all predictions are the same".to_owned(),
+        None => "none, since all that was measured is the same".to_owned(),
+    };
+    Some(format!(
+        "Error of {count} predictions ({of}): median {:.0} %, worst {:.0} % of what was measured (of no \
+         change with the size: median {:.0} %, worst {:.0} %); Spearman's rank correlation {rank}.",
         100.0 * median,
-        100.0 * worst
-    )
+        100.0 * worst,
+        100.0 * nothing.median,
+        100.0 * nothing.worst
+    ))
 }
 
 fn panels(all: &[Compared]) -> Vec<LinePanel> {
@@ -153,8 +165,17 @@ fn output(group: &Group) -> Result<Output, FigureError> {
         "error",
     ];
     let mut csv = Csv { columns, rows: Vec::new() };
-    let columns =
-        ["technique", "sort", "store", "array", "registers", "warps", "predicted", "measured"];
+    let columns = [
+        "technique",
+        "sort",
+        "store",
+        "array",
+        "registers",
+        "local",
+        "warps",
+        "predicted",
+        "measured",
+    ];
     let mut table = Table { columns: columns.map(str::to_owned).to_vec(), ..Table::default() };
     for one in &all {
         let Ratio { ratio, low, high, .. } = one.measured;
@@ -181,6 +202,7 @@ fn output(group: &Group) -> Result<Output, FigureError> {
             one.store.into(),
             one.size.to_string().into(),
             or_dash(one.one.figures.registers).into(),
+            or_dash(one.one.figures.local_bytes).into(),
             or_dash(one.warps).into(),
             one.predicted.map_or("–".to_owned(), three_digits).into(),
             three_digits(ratio).into(),
@@ -188,10 +210,11 @@ fn output(group: &Group) -> Result<Output, FigureError> {
     }
     let told = all.iter().any(|one| one.one.figures.registers.is_some());
     let mut notes = Vec::new();
-    let chart: Box<dyn Chart> = if let Some(error) = ModelError::of(&pairs(all.iter())) {
+    let chart: Box<dyn Chart> = if let Some(error) = error_text("all", &pairs(all.iter())) {
         let capability = limits.map_or("", |limits| limits.capability);
         notes.push(format!(
-            "Predicted: bytes that a pixel moves over the warps that a multiprocessor of compute \
+            "Predicted: bytes that a pixel moves, those of local memory at the bandwidth of the L1 cache, \
+             over the warps that a multiprocessor of compute \
              capability {capability} holds of the program, both relative to the smallest array of the \
              sort, which is left out of the errors. Measured: ratios of medians of resolve with their \
              95 % bootstrap intervals. Lines go from the smallest array to the largest."
@@ -200,12 +223,12 @@ fn output(group: &Group) -> Result<Output, FigureError> {
             notes
                 .push("The driver does not tell local memory: its traffic is left out.".to_owned());
         }
-        notes.push(error_text("all", &error));
+        notes.push(error);
         let mut families: Vec<&str> = all.iter().map(|one| one.family.as_str()).collect();
         families.dedup();
         for family in families.iter().filter(|_| families.len() > 1) {
             let of_family = all.iter().filter(|one| one.family == *family);
-            notes.extend(ModelError::of(&pairs(of_family)).map(|error| error_text(family, &error)));
+            notes.extend(error_text(family, &pairs(of_family)));
         }
         Box::new(Lines(panels(&all)))
     } else {

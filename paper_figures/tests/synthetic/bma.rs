@@ -145,7 +145,8 @@ pub(crate) fn images(folder: &Path, cell: &Cell) -> PathBuf {
     folder.join("images").join(name)
 }
 
-fn write_images(folder: &Path, cell: &Cell) {
+/// Writes made-up pictures of a cell.
+pub(crate) fn write_images(folder: &Path, cell: &Cell) {
     let stem = images(folder, cell);
     std::fs::create_dir_all(stem.parent().unwrap()).unwrap();
     let path = |ending: &str| PathBuf::from(format!("{}.{ending}.png", stem.display()));

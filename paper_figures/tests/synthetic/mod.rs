@@ -1,7 +1,9 @@
 //! Synthetic records of a device that does not exist. No number here was measured.
 
+pub(crate) mod approx;
 pub(crate) mod bma;
 pub(crate) mod compared;
+pub(crate) mod compile;
 pub(crate) mod flight;
 pub(crate) mod lfb;
 pub(crate) mod mechanism;

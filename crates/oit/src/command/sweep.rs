@@ -38,10 +38,19 @@ pub(crate) struct Arguments {
     /// The folder of tuning files, for the sort `auto` and for `intervals-optimal`.
     #[arg(long, default_value = TUNING)]
     tuning: PathBuf,
+    /// The folder of the pipeline cache. The drivers' own caches on disk are switched off with it, so
+    /// that times to compile are those of an empty folder, or of what an earlier run left in it.
+    #[arg(long)]
+    cache: Option<PathBuf>,
     /// Print the cells and stop.
     #[arg(long)]
     dry_run: bool,
 }
+
+/// What asks drivers to keep no cache on disk: NVIDIA's (documented for OpenGL; that its Vulkan goes by
+/// it has not been verified) and Mesa's (docs.mesa3d.org/envvars).
+const NO_DRIVER_CACHE: [(&str, &str); 2] =
+    [("__GL_SHADER_DISK_CACHE", "0"), ("MESA_SHADER_CACHE_DISABLE", "true")];
 
 /// The commit the program was built from.
 pub(crate) const COMMIT: Option<&str> = option_env!("OIT_GIT_COMMIT");
@@ -71,6 +80,7 @@ pub(crate) fn setup(
             .map(|commit| (commit.to_owned(), option_env!("OIT_GIT_DIRTY") == Some("true"))),
         command: command_line(),
         worker: vec![program.to_string_lossy().into_owned(), "worker".into()],
+        worker_environment: Vec::new(),
     })
 }
 
@@ -125,6 +135,11 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         let mut setup = setup(&device, profile, &entries, folder)?;
         setup.resume = arguments.resume;
         setup.tuning.clone_from(&arguments.tuning);
+        if let Some(cache) = &arguments.cache {
+            setup.cache.clone_from(cache);
+            let off = NO_DRIVER_CACHE.map(|(name, value)| (name.to_owned(), value.to_owned()));
+            setup.worker_environment.extend(off);
+        }
         let outcome = run_with_bar(experiment, &setup, &only)?;
         println!("{}: {} in {}", experiment.name, summary(&outcome), setup.out.display());
         all.exact += outcome.exact;

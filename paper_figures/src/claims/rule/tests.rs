@@ -15,10 +15,11 @@ struct Made {
     memory: BTreeMap<(&'static str, &'static str), Memory>,
     ratios: Vec<f64>,
     wrong: BTreeMap<&'static str, f64>,
+    errors: BTreeMap<(&'static str, &'static str), f64>,
     refused: BTreeMap<&'static str, Option<&'static str>>,
     programs: BTreeMap<&'static str, Vec<Told>>,
     best: BTreeMap<u64, f64>,
-    /// Along the one series: place, and times by technique.
+    /// Along the one series: place, and figures by technique, whichever are asked for.
     series: Vec<(u64, Vec<(&'static str, f64)>)>,
 }
 
@@ -33,8 +34,13 @@ impl Evidence for Made {
         found.map(|(_, memory)| *memory).ok_or_else(|| format!("no memory of {technique}"))
     }
 
-    fn wrong_percent(&self, technique: &str, _: &View) -> Result<f64, String> {
-        self.wrong.get(technique).copied().ok_or_else(|| format!("no {technique}"))
+    fn error(&self, technique: &str, (scene, _): &View, of: ErrorOf) -> Result<f64, String> {
+        if of == ErrorOf::WrongPercent {
+            return self.wrong.get(technique).copied().ok_or_else(|| format!("no {technique}"));
+        }
+        assert_eq!(of, ErrorOf::Rmse);
+        let found = self.errors.iter().find(|((t, s), _)| *t == technique && s == scene);
+        found.map(|(_, error)| *error).ok_or_else(|| format!("no {technique} on {scene}"))
     }
 
     fn refused(&self, technique: &str, _: &View) -> Result<Option<String>, String> {
@@ -72,8 +78,8 @@ impl Evidence for Made {
     fn series(&self, ask: &SeriesQuestion) -> Result<Vec<SeriesPoint>, String> {
         let point = |(at, times): &(u64, Vec<(&str, f64)>)| {
             let time = |name: &&str| Some(times.iter().find(|(known, _)| known == name)?.1);
-            let times_ms = ask.techniques.iter().map(time).collect::<Option<Vec<f64>>>()?;
-            Some(SeriesPoint { at: *at, times_ms })
+            let figures = ask.techniques.iter().map(time).collect::<Option<Vec<f64>>>()?;
+            Some(SeriesPoint { at: *at, figures })
         };
         let points: Vec<SeriesPoint> = self.series.iter().filter_map(point).collect();
         if points.is_empty() { Err("no series".to_owned()) } else { Ok(points) }
@@ -113,7 +119,8 @@ fn views_are_combined() {
 
 fn memory(lfb_bytes: u64, slots: u64) -> Memory {
     let lfb_bytes_at_16 = Some(lfb_bytes + 8 * slots);
-    Memory { lfb_bytes: Some(lfb_bytes), lfb_bytes_at_16, slots, pixels: 1920 * 1080 }
+    let (all_bytes, pixels) = (lfb_bytes + 400, 1920 * 1080);
+    Memory { all_bytes, lfb_bytes: Some(lfb_bytes), lfb_bytes_at_16, slots, pixels }
 }
 
 #[test]
@@ -138,6 +145,8 @@ fn memory_is_of_the_buffer_and_over_the_most() {
     assert_eq!(answer(&at_16, &made), (false, 1.2));
     let most = rule("array", "'line', 'list'", "buffer", "above = 1.0");
     assert_eq!(answer(&most, &made), (true, 2.0));
+    // 2000 over 1600.
+    assert_eq!(answer(&rule("list", "'line'", "all", "at_most = 1.2"), &made), (false, 1.25));
     let missing = rule("array", "'line', 'pages'", "buffer", "above = 1.0");
     assert!(finding(&missing, &made).unwrap_err().contains("pages"));
     // An older record, that says nothing of its buffer.
@@ -366,4 +375,96 @@ fn the_worst_depth_of_the_best_sort_decides() {
     assert_eq!(answer(&rule("[8]"), &made), (true, 0.5));
     assert_eq!(answer(&rule("[8, 64]"), &made), (false, 1.5));
     assert!(finding(&rule("[8, 16]"), &made).is_err());
+}
+
+fn errors(errors: &[((&'static str, &'static str), f64)]) -> Made {
+    Made { errors: errors.iter().copied().collect(), ..Made::default() }
+}
+
+#[test]
+fn errors_are_compared_with_the_least() {
+    let rule = |technique: &str, over: &str, bounds: &str| {
+        format!(
+            "kind = 'error', technique = '{technique}', over = [{over}], of = 'rmse', \
+             views = [['x', 'v'], ['y', 'v']], combine = 'greatest', {bounds}"
+        )
+    };
+    let made = errors(&[
+        (("a", "x"), 0.1),
+        (("a", "y"), 0.2),
+        (("b", "x"), 0.4),
+        (("b", "y"), 0.4),
+        (("c", "x"), 0.5),
+        (("c", "y"), 0.1),
+        (("none", "x"), 0.0),
+        (("none", "y"), 0.0),
+    ]);
+    assert_eq!(answer(&rule("a", "", "at_most = 0.2"), &made), (true, 0.2));
+    assert_eq!(answer(&rule("a", "'b'", "at_most = 0.999"), &made), (true, 0.5));
+    assert_eq!(answer(&rule("a", "'b', 'c'", "at_most = 0.999"), &made), (false, 2.0));
+    // No error is less than any, and neither more nor less than none.
+    assert_eq!(answer(&rule("none", "'a'", "at_most = 0.999"), &made), (true, 0.0));
+    assert_eq!(answer(&rule("none", "'none'", "at_most = 0.999"), &made), (false, 1.0));
+    assert_eq!(answer(&rule("a", "'none'", "at_most = 10.0"), &made), (false, f64::INFINITY));
+    assert!(finding(&rule("a", "'d'", "at_most = 1.0"), &made).is_err());
+    // Small errors are told as they are.
+    let small = errors(&[(("a", "x"), 1e-5), (("a", "y"), 2e-5)]);
+    let detail = finding(&rule("a", "", "at_most = 0.2"), &small).unwrap().detail;
+    assert_eq!(detail, "x v 1e-5, y v 2e-5");
+}
+
+#[test]
+fn an_error_on_one_view_is_compared_with_that_on_another() {
+    let rule = "kind = 'error_contrast', technique = 'a', of = 'rmse', \
+                views = [['x', 'v'], ['y', 'v']], at_least = 5.0";
+    assert_eq!(answer(rule, &errors(&[(("a", "x"), 0.6), (("a", "y"), 0.1)])), (true, 6.0));
+    assert_eq!(answer(rule, &errors(&[(("a", "x"), 0.1), (("a", "y"), 0.1)])), (false, 1.0));
+    assert!(finding(rule, &errors(&[(("a", "x"), 0.1)])).is_err());
+}
+
+#[test]
+fn an_error_follows_a_power_of_the_size() {
+    let rule = "kind = 'error_exponent', sizes = [['a', 4.0], ['b', 16.0], ['c', 64.0]], of = 'rmse', \
+                views = [['x', 'v']], combine = 'mean', at_least = -0.6, at_most = -0.4";
+    let made = |sizes: [f64; 3]| {
+        errors(&[(("a", "x"), sizes[0]), (("b", "x"), sizes[1]), (("c", "x"), sizes[2])])
+    };
+    assert_eq!(answer(rule, &made([0.4, 0.2, 0.1])), (true, -0.5));
+    assert_eq!(answer(rule, &made([0.16, 0.04, 0.01])), (false, -1.0));
+    assert!(finding(rule, &made([0.4, 0.2, 0.0])).unwrap_err().contains("logarithm"));
+    // An error that stays is of no power.
+    assert!(finding(rule, &made([0.4, 0.4, 0.4])).is_err());
+    assert!(finding(rule, &errors(&[(("a", "x"), 0.1)])).is_err());
+}
+
+#[test]
+fn a_picture_is_lost_from_a_place_on() {
+    let rule = |beyond: f64, bounds: &str| {
+        format!(
+            "kind = 'lost_from', technique = 'a', of = 'rmse', beyond = {beyond:?}, \
+             view = ['stack', 'front'], varies = 'depth', {bounds}"
+        )
+    };
+    let made = series(["a", "b"], &[(2, 0.001, 1.0), (32, 0.003, 1.0), (64, 0.5, 1.0)]);
+    assert_eq!(answer(&rule(0.004, "above = 30.0, at_most = 64.0"), &made), (true, 64.0));
+    assert_eq!(answer(&rule(0.002, "above = 32.0"), &made), (false, 32.0));
+    assert_eq!(answer(&rule(0.9, "above = 1e6"), &made), (true, f64::INFINITY));
+    assert!(finding(&rule(0.9, "above = 1e6"), &Made::default()).is_err());
+    let broken = series(["a", "b"], &[(2, f64::NAN, 1.0), (32, 0.0, 1.0), (64, 0.0, 1.0)]);
+    assert_eq!(answer(&rule(0.9, "above = 30.0"), &broken), (false, 2.0));
+}
+
+#[test]
+fn memory_grows_along_a_series() {
+    let rule = |names: &str, combine: &str, bounds: &str| {
+        format!(
+            "kind = 'memory_growth', techniques = [{names}], view = ['stack', 'front'], \
+             varies = 'depth', combine = '{combine}', {bounds}"
+        )
+    };
+    let made = series(["a", "b"], &[(8, 100.0, 100.0), (32, 101.0, 200.0), (128, 105.0, 700.0)]);
+    assert_eq!(answer(&rule("'a'", "greatest", "at_most = 1.1"), &made), (true, 1.05));
+    assert_eq!(answer(&rule("'a', 'b'", "greatest", "at_most = 1.1"), &made), (false, 7.0));
+    assert_eq!(answer(&rule("'b'", "least", "at_least = 2.0"), &made), (true, 7.0));
+    assert!(finding(&rule("'c'", "least", "at_least = 2.0"), &made).is_err());
 }
