@@ -1,5 +1,6 @@
 //! One file a verb.
 
+pub(crate) mod advise;
 pub(crate) mod compare;
 mod compare_trace;
 pub(crate) mod devices;
@@ -30,6 +31,8 @@ pub(crate) enum Command {
     Sweep(sweep::Arguments),
     /// Check one sort, measure it against others, and print who wins where.
     Compare(compare::Arguments),
+    /// Name the cheapest technique that a scene needs within bounds, by what was recorded.
+    Advise(advise::Arguments),
     /// Write what recorded runs say of a device to its tuning file, for the sort `auto` and for
     /// `intervals-optimal`.
     Tune(tune::Arguments),
