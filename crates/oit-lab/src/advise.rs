@@ -122,7 +122,12 @@ impl Planned<'_> {
     pub fn candidates(&self, evidence: &Evidence, tuner: &Tuner) -> Vec<Candidate> {
         let most = evidence.max_buffer_bytes;
         let known = evidence.techniques().into_iter().filter(|name| is_candidate(name));
-        let known = known.filter_map(|name| name.parse::<Technique>().ok());
+        let mut known: Vec<String> = known
+            .filter_map(|name| Some(self.as_here(name.parse().ok()?).to_string()))
+            .collect();
+        known.sort();
+        known.dedup();
+        let known = known.iter().filter_map(|name| name.parse::<Technique>().ok());
         let mut all: Vec<Candidate> =
             known.map(|technique| self.candidate(&technique, most)).collect();
         for open in left_open() {
@@ -134,6 +139,16 @@ impl Planned<'_> {
             }
         }
         all
+    }
+
+    /// An array that holds the deepest pixel is as good as one made for it: the two have one name.
+    fn as_here(&self, technique: Technique) -> Technique {
+        match technique {
+            Technique::Sorted(sorted) if !sorted.max_frags.truncates(self.histogram.peak()) => {
+                Sorted { max_frags: MaxFrags::Peak, ..sorted }.into()
+            }
+            other => other,
+        }
     }
 
     /// What a technique that leaves something open comes to here, and its time to group and resolve.

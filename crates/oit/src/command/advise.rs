@@ -177,7 +177,11 @@ fn of_device(devices: Vec<Evidence>, asked: Option<&str>) -> miette::Result<Evid
                 let meant: Vec<usize> = (0..names.len())
                     .filter(|&place| !wanted.is_empty() && slug(&names[place]).contains(&wanted))
                     .collect();
-                let whole = meant.iter().find(|&&place| slug(&names[place]) == wanted);
+                // A GPU that was reached by two backends is meant by the first choice of them.
+                let one_gpu = meant.iter().all(|&place| devices[place].device == devices[meant[0]].device);
+                let whole = meant.iter().find(|&&place| {
+                    slug(&names[place]) == wanted || one_gpu && devices[place].backend == "vulkan"
+                });
                 match (whole, meant.as_slice()) {
                     (Some(&place), _) | (None, &[place]) => Ok(place),
                     (None, []) => Err(none(format!("no device is called {asked:?}"))),
@@ -276,16 +280,18 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     Ok(())
 }
 
-fn milliseconds(ns: f64) -> String {
+/// A time as it is said.
+pub(super) fn milliseconds(ns: f64) -> String {
     format!("{:.3} ms", ns / 1e6)
 }
 
 /// Bytes as they are said.
-fn bytes(bytes: u64) -> String {
+pub(super) fn bytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / 1_048_576.0)
 }
 
-fn error_text(error: f64) -> String {
+/// An error as it is said, from 1/1000 on also in 8-bit steps.
+pub(super) fn error_text(error: f64) -> String {
     match error {
         0.0 => "exact".to_owned(),
         error if error < 1e-3 => format!("{error:.1e}"),
@@ -392,7 +398,13 @@ fn others(advice: &Advice, most: usize) -> String {
     if next.is_empty() {
         return String::new();
     }
-    let mut text = format!("\nNext, of {} that meet the bounds:\n", advice.choices.len());
+    let mut text = String::new();
+    let measured = |choice: &&Choice| matches!(choice.time.basis, Basis::Measured { .. });
+    if let Some(best) = advice.choices.iter().find(measured).filter(|best| **best != advice.choices[0]) {
+        let ms = milliseconds(best.time.ns);
+        let _ = writeln!(text, "\nThe fastest of those measured on this view: {ms}, {}", best.technique);
+    }
+    let _ = writeln!(text, "\nNext, of {} that meet the bounds:", advice.choices.len());
     for choice in next {
         let basis = match choice.time.basis {
             Basis::Measured { .. } => "measured",
@@ -545,7 +557,8 @@ fn tested(evidence: &Evidence) -> String {
         );
     }
     let mut worst: Vec<&Trial> = all.iter().filter(|trial| trial.regret().is_some()).collect();
-    worst.sort_by(|a, b| b.regret().unwrap_or(0.0).total_cmp(&a.regret().unwrap_or(0.0)));
+    let key = |trial: &Trial| trial.regret().unwrap_or(0.0);
+    worst.sort_by(|a, b| key(b).total_cmp(&key(a)).then(a.view.cmp(&b.view)));
     let ratios: Vec<f64> = worst
         .iter()
         .filter_map(|trial| trial.choice.as_ref())
@@ -555,6 +568,7 @@ fn tested(evidence: &Evidence) -> String {
         let _ = writeln!(text, "\nPredicted over measured time of what was chosen: {ratio:.2} at the median");
     }
     let _ = writeln!(text, "\nThe most regretted:");
+    worst.dedup_by_key(|trial| trial.view);
     for trial in worst.iter().take(8) {
         let (Some(ratio), Some(tried)) = (trial.regret(), &trial.choice) else { continue };
         let View { scene, view, .. } = &evidence.views[trial.view];
