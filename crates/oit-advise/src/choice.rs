@@ -230,31 +230,41 @@ fn is_exact(technique: &str, view: &View, evidence: &Evidence) -> bool {
 
 /// The candidates that meet bounds on a view, the cheapest first, and why others do not.
 ///
-/// What was measured on the very view counts as it is, the latest run first; all else is predicted. To
-/// hold something out, leave it out of the evidence ([`Evidence::without`]). `with_off` is
-/// [`Model::predict`]'s.
+/// What was measured on the very view counts as it is, the latest run first; all else is predicted, and
+/// comes by [`Time::cautious_ns`]. To hold something out, leave it out of the evidence
+/// ([`Evidence::without`]).
 #[must_use]
 pub fn advise(
     view: &View,
     evidence: &Evidence,
     candidates: &[Candidate],
     bounds: &Bounds,
-    with_off: bool,
 ) -> Advice {
-    let model = Model::of(evidence);
+    advise_by(&Model::of(evidence), view, evidence, candidates, bounds)
+}
+
+/// The same by a model of the evidence that was made before.
+pub(crate) fn advise_by(
+    model: &Model,
+    view: &View,
+    evidence: &Evidence,
+    candidates: &[Candidate],
+    bounds: &Bounds,
+) -> Advice {
     let same: Vec<bool> = evidence.views.iter().map(|other| other.same(view)).collect();
     let mut advice = Advice::default();
     for candidate in candidates {
         let technique = &candidate.technique;
         let here = |cell: &&Measured| same[cell.view] && cell.technique == *technique;
         let measured = evidence.cells.iter().rev().find(here);
-        match judge(view, evidence, candidate, bounds, measured, &model, with_off) {
+        match judge(view, evidence, candidate, bounds, measured, model) {
             Ok(choice) => advice.choices.push(choice),
             Err(reason) => advice.ruled_out.push((technique.clone(), reason)),
         }
     }
+    let key = |choice: &Choice| choice.time.cautious_ns();
     advice.choices.sort_by(|a, b| {
-        a.time.ns.total_cmp(&b.time.ns).then_with(|| a.technique.cmp(&b.technique))
+        key(a).total_cmp(&key(b)).then_with(|| a.technique.cmp(&b.technique))
     });
     advice
 }
@@ -266,7 +276,6 @@ fn judge(
     bounds: &Bounds,
     measured: Option<&Measured>,
     model: &Model,
-    with_off: bool,
 ) -> Result<Choice, Reason> {
     let technique = &candidate.technique;
     if let Some(reason) = &candidate.refused {
@@ -298,7 +307,7 @@ fn judge(
             Time { ns: cell.total_ns, basis: Basis::Measured { run } }
         }
         None => model
-            .predict(technique, view, candidate.resolve.as_ref(), with_off)
+            .predict(technique, view, candidate.resolve.as_ref())
             .map_err(Reason::UnknownTime)?,
     };
     Ok(Choice { technique: technique.clone(), time, error, memory_bytes })

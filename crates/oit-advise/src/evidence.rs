@@ -229,9 +229,10 @@ impl Evidence {
 
     /// By how much the device's cost model, which knows pixels of one depth at a time, is off where
     /// depths are mixed: the median of measured over predicted, and of how many cells of this layout,
-    /// schedule and stage. `None` where none was both predicted and measured.
+    /// schedule and stage. Also how far these are from that, at the median. `None` where none was both
+    /// predicted and measured.
     #[must_use]
-    pub fn correction(&self, technique: &str) -> Option<(f64, usize)> {
+    pub fn correction(&self, technique: &str) -> Option<(f64, f64, usize)> {
         let kind = |name: &str| {
             let mut parts = name.split('/');
             let (capture, schedule) = (parts.next(), parts.next());
@@ -249,7 +250,9 @@ impl Evidence {
         };
         let ratios: Vec<f64> =
             self.cells.iter().filter(mixed).filter(of_kind).filter_map(ratio).collect();
-        Some((median(&ratios)?, ratios.len()))
+        let by = median(&ratios)?;
+        let off: Vec<f64> = ratios.iter().map(|ratio| (by / ratio - 1.0).abs()).collect();
+        Some((by, median(&off)?, ratios.len()))
     }
 
     /// The view of a cell.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::choice::{Bounds, Candidate, advise};
+use crate::choice::{Bounds, Candidate, advise_by};
 use crate::evidence::{Evidence, Measured, scene_name};
+use crate::model::Model;
 use crate::technique::is_candidate;
 
 /// Views with fewer techniques that meet a bound leave no choice to speak of.
@@ -81,7 +82,7 @@ impl Trial {
     }
 }
 
-/// Whether a cell meets a bound by the rule of [`advise`]: 0 asks for techniques that must be exact.
+/// Whether a cell meets a bound by the rule of [`crate::advise`]: 0 asks for techniques that must be exact.
 fn meets(cell: &Measured, max_error: f64) -> bool {
     if max_error == 0.0 {
         return cell.exact && cell.max_error == 0.0;
@@ -103,20 +104,27 @@ pub fn trials(evidence: &Evidence, bounds: &[f64]) -> Vec<Trial> {
     for cell in evidence.cells.iter().filter(|cell| is_candidate(&cell.technique)) {
         by_view.entry(cell.view).or_default().push(cell);
     }
+    // What is held out is the same for all views of a scene.
+    let mut models: BTreeMap<String, (Evidence, Model)> = BTreeMap::new();
     let mut all = Vec::new();
     for (place, cells) in by_view {
         if cells.len() < LEAST_TECHNIQUES {
             continue;
         }
         let view = &evidence.views[place];
-        let others = evidence.without(|other| other.same_scene(view));
+        let (others, model) =
+            models.entry(scene_name(&view.scene).to_owned()).or_insert_with(|| {
+                let others = evidence.without(|other| other.same_scene(view));
+                let model = Model::of(&others);
+                (others, model)
+            });
         let candidates: Vec<Candidate> = cells
             .iter()
             .map(|cell| Candidate { technique: cell.technique.clone(), ..Candidate::default() })
             .collect();
         // All that anything is known of: which of them a bound allows is seen below.
         let any = Bounds { max_error: f64::INFINITY, ..Bounds::default() };
-        let known = advise(view, &others, &candidates, &any, false).choices;
+        let known = advise_by(model, view, others, &candidates, &any).choices;
         for &max_error in bounds {
             let fit: Vec<&&Measured> = cells.iter().filter(|cell| meets(cell, max_error)).collect();
             let best = fit.iter().min_by(|a, b| a.total_ns.total_cmp(&b.total_ns));

@@ -8,8 +8,10 @@ const UNSORTED: [&str; 2] = ["passthrough", "unsorted"];
 pub(crate) enum Family {
     /// It captures, then resolves: the two are predicted alone, each from all that share it.
     Sorted {
-        /// Layout and schedule, which decide what is captured and how pixels are marked.
+        /// The layout.
         capture: String,
+        /// The schedule, which decides what a capture counts and marks besides.
+        schedule: String,
         /// All but the size of the array: pixels deeper than it cost what it holds.
         resolve: String,
         /// The most fragments of a pixel; `None`: as many as there are.
@@ -39,7 +41,7 @@ impl Family {
         for option in options {
             resolve = format!("{resolve}/{option}");
         }
-        Self::Sorted { capture: format!("{capture}/{schedule}"), resolve, most }
+        Self::Sorted { capture: capture.to_owned(), schedule: schedule.to_owned(), resolve, most }
     }
 
     /// Whether a pixel of so many fragments keeps all of them.
@@ -78,8 +80,10 @@ mod tests {
     #[test]
     fn a_name_comes_apart() {
         let name = "linked_list/bma-list/network+rbs/compute/max32/intervals4-12";
-        let Family::Sorted { capture, resolve, most } = Family::of(name) else { panic!("{name}") };
-        assert_eq!(capture, "linked_list/bma-list");
+        let Family::Sorted { capture, schedule, resolve, most } = Family::of(name) else {
+            panic!("{name}")
+        };
+        assert_eq!((&*capture, &*schedule), ("linked_list", "bma-list"));
         assert_eq!(resolve, "linked_list/bma-list/network+rbs/compute/intervals4-12");
         assert_eq!(most, Some(32));
         assert!(Family::of(name).holds(32) && !Family::of(name).holds(33));

@@ -160,13 +160,15 @@ impl Planned<'_> {
     ) -> Option<(Technique, Told)> {
         let chosen = tuner.choose(&open.into(), self.histogram, self.size).ok()?;
         let ns = tuner.predicted_ns(&chosen, self.histogram, self.size)?;
-        let (ns, corrected) = match evidence.correction(&chosen.to_string()) {
-            Some((by, cells)) => {
-                (ns * by, format!("times {by:.2}, which {cells} recorded predictions were off"))
+        let (ns, corrected, off) = match evidence.correction(&chosen.to_string()) {
+            Some((by, off, cells)) => {
+                let text = format!("times {by:.2}, which {cells} recorded predictions were off");
+                (ns * by, text, Some(off))
             }
-            None => (ns, "uncorrected: no prediction was recorded beside a time".to_owned()),
+            None => (ns, "uncorrected: no prediction was recorded beside a time".into(), None),
         };
-        Some((chosen, Told { ns, from: format!("the device's tuning, {corrected}") }))
+        let from = format!("the device's tuning, {corrected}");
+        Some((chosen, Told { ns, from, off }))
     }
 }
 

@@ -263,7 +263,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     };
     let planned = opened.planned()?;
     let candidates = planned.candidates(&evidence, &tuner);
-    let advice = advise(&opened.view, &evidence, &candidates, &bounds, true);
+    let advice = advise(&opened.view, &evidence, &candidates, &bounds);
     print!("{}", head(&opened.view, &evidence, &bounds));
     let Some(best) = advice.choices.first() else {
         print!("{}", ruled_out(&advice, true));
@@ -326,9 +326,11 @@ fn head(view: &View, evidence: &Evidence, bounds: &Bounds) -> String {
 }
 
 fn part(part: &Part) -> String {
-    let off = part.off.map_or(String::new(), |off| {
-        format!("; on scenes it is not shown such a fit is off by {:.0} % at the median", 100.0 * off)
-    });
+    let off = match part.off {
+        Some(0.0) => String::new(),
+        Some(off) => format!("; such are off by {:.0} % on scenes not shown", 100.0 * off),
+        None => "; how far such are off nothing tells".into(),
+    };
     format!("    {:<28} {:>11}  from {}{off}\n", part.what, milliseconds(part.ns), part.from)
 }
 
