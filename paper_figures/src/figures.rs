@@ -1,5 +1,6 @@
 //! The figures and tables there are, one file each.
 
+mod advise_regret;
 mod bma_figure_3;
 mod bma_figure_4;
 mod bma_figure_5;
@@ -31,6 +32,7 @@ pub(crate) mod lfb_views;
 mod mechanism_occupancy;
 mod mechanism_registers;
 mod pareto;
+mod pareto_all;
 mod peel_passes;
 mod ratios;
 mod rbs_figure_5;
@@ -91,6 +93,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_overhead::BmaOverhead,
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
+    &pareto_all::ParetoAll,
+    &advise_regret::AdviseRegret,
     &peel_passes::PeelPasses,
     &sort_depths::SortDepths,
     &sort_deep::SortDeep,
