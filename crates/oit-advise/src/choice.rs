@@ -263,9 +263,9 @@ pub(crate) fn advise_by(
         }
     }
     let key = |choice: &Choice| choice.time.cautious_ns();
-    advice.choices.sort_by(|a, b| {
-        key(a).total_cmp(&key(b)).then_with(|| a.technique.cmp(&b.technique))
-    });
+    advice
+        .choices
+        .sort_by(|a, b| key(a).total_cmp(&key(b)).then_with(|| a.technique.cmp(&b.technique)));
     advice
 }
 

@@ -143,7 +143,8 @@ impl Evidence {
         let mut devices: BTreeMap<(String, String), Self> = BTreeMap::new();
         for record in records {
             let device = &record.run.device;
-            let of_device = devices.entry((device.name.clone(), device.backend.clone())).or_default();
+            let of_device =
+                devices.entry((device.name.clone(), device.backend.clone())).or_default();
             of_device.device.clone_from(&device.name);
             of_device.backend.clone_from(&device.backend);
             of_device.kind.clone_from(&device.kind);

@@ -24,9 +24,8 @@ pub(crate) fn non_negative(features: &[Vec<f64>], measured: &[f64]) -> Vec<f64> 
     // Features of unlike size: each is scaled to a length of 1.
     let lengths: Vec<f64> = (0..width).map(|a| dot(a, a).sqrt()).collect();
     let scale = |a: usize| if lengths[a] > 0.0 { 1.0 / lengths[a] } else { 0.0 };
-    let gram: Vec<Vec<f64>> = (0..width)
-        .map(|a| (0..width).map(|b| dot(a, b) * scale(a) * scale(b)).collect())
-        .collect();
+    let gram: Vec<Vec<f64>> =
+        (0..width).map(|a| (0..width).map(|b| dot(a, b) * scale(a) * scale(b)).collect()).collect();
     let target: Vec<f64> =
         (0..width).map(|a| rows.iter().map(|row| row[a]).sum::<f64>() * scale(a)).collect();
     let mut x = vec![0.0; width];

@@ -248,7 +248,8 @@ impl Model {
         }
         let mut by_layout: BTreeMap<String, Vec<(usize, String, f64)>> = BTreeMap::new();
         for ((capture, schedule), views) in captures {
-            let middle = |(view, ns): (usize, Vec<f64>)| Some((view, schedule.clone(), median(&ns)?));
+            let middle =
+                |(view, ns): (usize, Vec<f64>)| Some((view, schedule.clone(), median(&ns)?));
             by_layout.entry(capture).or_default().extend(views.into_iter().filter_map(middle));
         }
         let (views, fits) = (evidence.views.clone(), RefCell::default());

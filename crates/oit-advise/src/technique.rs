@@ -94,7 +94,8 @@ mod tests {
 
     #[test]
     fn some_are_never_advised() {
-        for name in ["a/bma-list/rbs/compute/peak", "weighted", "k_nearest/k4", "a/b/c/d/e/pool50"] {
+        for name in ["a/bma-list/rbs/compute/peak", "weighted", "k_nearest/k4", "a/b/c/d/e/pool50"]
+        {
             assert!(is_candidate(name), "{name}");
         }
         for name in [

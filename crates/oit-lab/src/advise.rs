@@ -57,7 +57,8 @@ impl Planned<'_> {
             }
             Technique::Sorted(sorted) => {
                 let whole = slots(sorted, size, counts, histogram)?;
-                let pool = whole.saturating_mul(u64::from(sorted.pool.percent)).div_ceil(100).max(1);
+                let pool =
+                    whole.saturating_mul(u64::from(sorted.pool.percent)).div_ceil(100).max(1);
                 let fragments = Fragments::Drawn(geometry);
                 let plan = assemble(sorted, fragments, size, histogram, pool)?;
                 let programs = programs(sorted, histogram)?;
@@ -104,7 +105,8 @@ impl Planned<'_> {
                 let intervals = intervals(sorted, peak).ok()?;
                 let mut bound = 0.0_f64;
                 for interval in intervals.iter() {
-                    let (strategy, _) = sort_spec(sorted, array(sorted, &intervals, interval)).ok()?;
+                    let (strategy, _) =
+                        sort_spec(sorted, array(sorted, &intervals, interval)).ok()?;
                     if !strategy.sorts() {
                         return None;
                     }
@@ -122,9 +124,8 @@ impl Planned<'_> {
     pub fn candidates(&self, evidence: &Evidence, tuner: &Tuner) -> Vec<Candidate> {
         let most = evidence.max_buffer_bytes;
         let known = evidence.techniques().into_iter().filter(|name| is_candidate(name));
-        let mut known: Vec<String> = known
-            .filter_map(|name| Some(self.as_here(name.parse().ok()?).to_string()))
-            .collect();
+        let mut known: Vec<String> =
+            known.filter_map(|name| Some(self.as_here(name.parse().ok()?).to_string())).collect();
         known.sort();
         known.dedup();
         let known = known.iter().filter_map(|name| name.parse::<Technique>().ok());
@@ -152,12 +153,7 @@ impl Planned<'_> {
     }
 
     /// What a technique that leaves something open comes to here, and its time to group and resolve.
-    fn tuned(
-        &self,
-        open: Sorted,
-        evidence: &Evidence,
-        tuner: &Tuner,
-    ) -> Option<(Technique, Told)> {
+    fn tuned(&self, open: Sorted, evidence: &Evidence, tuner: &Tuner) -> Option<(Technique, Told)> {
         let chosen = tuner.choose(&open.into(), self.histogram, self.size).ok()?;
         let ns = tuner.predicted_ns(&chosen, self.histogram, self.size)?;
         let (ns, corrected, off) = match evidence.correction(&chosen.to_string()) {

@@ -7,7 +7,7 @@ use super::{Chart, LABEL_PX, SMALL_PX};
 use crate::FigureError;
 use crate::axis::{Axis, number};
 use crate::canvas::{Anchor, Canvas, Colour, fitted, text_width};
-use crate::style::{GRID, INK, MUTED, marker};
+use crate::style::{GRID, INK, MUTED, marker, method_kind};
 
 /// One technique.
 #[derive(Clone, PartialEq, Debug)]
@@ -119,7 +119,7 @@ impl ErrorScatter {
         let schedules = kinds(|technique| &technique.schedule);
         let stages = kinds(|technique| &technique.shader_stage);
         let methods = kinds(|technique| &technique.method);
-        vec![
+        let mut lines = vec![
             sorts.iter().map(|sort| (neutral("base", sort, ""), (*sort).to_owned())).collect(),
             schedules
                 .iter()
@@ -129,9 +129,36 @@ impl ErrorScatter {
                         if *stage == "compute" { "hollow: compute" } else { "filled: fragment" };
                     (neutral("base", NEUTRAL, stage), format!("{what} stage"))
                 }))
-                .chain(methods.first().map(|_| (Technique::default(), "methods".to_owned())))
                 .collect(),
-        ]
+        ];
+        let of_kind =
+            |kind: &&str| Technique { method: (*kind).to_owned(), ..Technique::default() };
+        let mut kinds: Vec<&str> = methods.iter().map(|method| method_kind(method)).collect();
+        kinds.dedup();
+        lines.push(kinds.iter().map(|kind| (of_kind(kind), (*kind).to_owned())).collect());
+        lines.retain(|line: &Vec<_>| !line.is_empty());
+        lines
+    }
+
+    /// The same with each part's place from the left, in lines as long as the panels are wide.
+    fn legend_lines(&self) -> Result<Vec<Vec<(f64, Technique, String)>>, FigureError> {
+        let width = self.0.len().max(1) as f64 * (PANEL_PX + PANEL_GAP_PX) - PANEL_GAP_PX;
+        let mut lines = Vec::new();
+        for parts in self.legend() {
+            let (mut line, mut x) = (Vec::new(), 6.0);
+            for (technique, text) in parts {
+                let end = x + 10.0 + text_width(&text, SMALL_PX)?;
+                if end > width && !line.is_empty() {
+                    lines.push(std::mem::take(&mut line));
+                    x = 6.0;
+                }
+                let next = x + 30.0 + text_width(&text, SMALL_PX)?;
+                line.push((x, technique, text));
+                x = next;
+            }
+            lines.push(line);
+        }
+        Ok(lines)
     }
 
     /// The most memory of any point: the largest circle.
@@ -253,19 +280,17 @@ impl Chart for ErrorScatter {
         let width = panels * PANEL_PX + (panels - 1.0).max(0.0) * PANEL_GAP_PX;
         let longest = self.0.iter().map(|panel| panel.front().len()).max().unwrap_or(0) as f64;
         let list = (longest + 1.0) * LIST_STEP_PX;
-        let lines = self.legend().len() + usize::from(self.most_bytes() > 0);
+        let lines = self.legend_lines()?.len() + usize::from(self.most_bytes() > 0);
         let legend = lines as f64 * LEGEND_STEP_PX + 8.0;
         Ok((width, legend + HEAD_PX + PLOT_HEIGHT_PX + SCALE_PX + list))
     }
 
     fn draw(&self, canvas: &mut Canvas, (left, top): (f64, f64)) -> Result<(), FigureError> {
         let mut y = top;
-        for line in self.legend() {
-            let mut x = left + 6.0;
-            for (technique, text) in line {
-                marker(canvas, &technique, (x, y + 8.0), 4.5);
-                canvas.text((x + 10.0, y + 8.0), SMALL_PX, INK, Anchor::Start, &text);
-                x += 10.0 + text_width(&text, SMALL_PX)? + 20.0;
+        for line in self.legend_lines()? {
+            for (x, technique, text) in line {
+                marker(canvas, &technique, (left + x, y + 8.0), 4.5);
+                canvas.text((left + x + 10.0, y + 8.0), SMALL_PX, INK, Anchor::Start, &text);
             }
             y += LEGEND_STEP_PX;
         }

@@ -15,8 +15,7 @@ use crate::technique_names::{is_floor, label};
 pub(super) struct Pareto;
 
 /// The scale of errors.
-const ERRORS: &str =
-    "root mean square error of the picture (0 to 1, log scale right of the break)";
+const ERRORS: &str = "root mean square error of the picture (0 to 1, log scale right of the break)";
 
 impl Figure for Pareto {
     fn name(&self) -> &'static str {

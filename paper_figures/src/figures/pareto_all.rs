@@ -71,9 +71,8 @@ fn geometric_mean(values: &[f64]) -> f64 {
 }
 
 fn fastest_exact_ms(cells: &[&CellResult]) -> Option<f64> {
-    let exact = cells.iter().filter(|cell| {
-        cell.rmse() == Some(0.0) && !is_floor(&cell.technique.sort)
-    });
+    let exact =
+        cells.iter().filter(|cell| cell.rmse() == Some(0.0) && !is_floor(&cell.technique.sort));
     exact.filter_map(|cell| cell.median_ms(TOTAL)).filter(|ms| *ms > 0.0).min_by(f64::total_cmp)
 }
 
@@ -106,9 +105,8 @@ fn overall<'a>(groups: &[Group<'a>]) -> (Vec<Overall<'a>>, usize) {
     scenes.sort_unstable();
     scenes.dedup();
     let most = scenes.len();
-    let all = found.into_iter().filter(|(_, (_, on))| {
-        on.len() >= LEAST_SCENES && 2 * on.len() >= most
-    });
+    let all =
+        found.into_iter().filter(|(_, (_, on))| on.len() >= LEAST_SCENES && 2 * on.len() >= most);
     let all = all.map(|(name, (technique, on))| {
         let over = |of: &dyn Fn(&OnScene) -> f64| on.values().map(of).collect::<Vec<f64>>();
         let ratios = over(&|on| geometric_mean(&on.ratios));
@@ -135,7 +133,10 @@ fn overall<'a>(groups: &[Group<'a>]) -> (Vec<Overall<'a>>, usize) {
 fn output(device: &str, groups: &[Group]) -> Option<Output> {
     let (all, scenes) = overall(groups);
     let is_exact = |of: &&Overall| of.rmse == 0.0;
-    if scenes < LEAST_SCENES || !all.iter().any(|of| of.rmse > 0.0) || !all.iter().any(|of| is_exact(&of)) {
+    if scenes < LEAST_SCENES
+        || !all.iter().any(|of| of.rmse > 0.0)
+        || !all.iter().any(|of| is_exact(&of))
+    {
         return None;
     }
     let mut points: Vec<ScatterPoint> = all

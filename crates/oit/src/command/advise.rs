@@ -10,8 +10,8 @@ use oit_advise::{
 };
 use oit_fragments::DepthHistogram;
 use oit_lab::{
-    Description, Engine, Planned, Source, Technique, Tuner, Verifier, ViewData,
-    open_engine, scene_name, tuning_path,
+    Description, Engine, Planned, Source, Technique, Tuner, Verifier, ViewData, open_engine,
+    scene_name, tuning_path,
 };
 use oit_record::statistics::{median, quantile};
 use oit_record::{Record, Verdict};
@@ -178,7 +178,8 @@ fn of_device(devices: Vec<Evidence>, asked: Option<&str>) -> miette::Result<Evid
                     .filter(|&place| !wanted.is_empty() && slug(&names[place]).contains(&wanted))
                     .collect();
                 // A GPU that was reached by two backends is meant by the first choice of them.
-                let one_gpu = meant.iter().all(|&place| devices[place].device == devices[meant[0]].device);
+                let one_gpu =
+                    meant.iter().all(|&place| devices[place].device == devices[meant[0]].device);
                 let whole = meant.iter().find(|&&place| {
                     slug(&names[place]) == wanted || one_gpu && devices[place].backend == "vulkan"
                 });
@@ -208,8 +209,7 @@ fn open(arguments: &Arguments, path: &Path) -> miette::Result<Opened> {
     let scene = oit_scene::load(path, &set).map_err(report)?;
     let name = arguments.view.clone().unwrap_or_else(|| scene.views[0].name.clone());
     let data = ViewData::new(&scene, &name, size).map_err(report)?;
-    let mut engine =
-        open_engine(&device_id(&arguments.on)?, &cache_folder()).map_err(report)?;
+    let mut engine = open_engine(&device_id(&arguments.on)?, &cache_folder()).map_err(report)?;
     let histogram = engine.open_view(data.clone()).map_err(report)?;
     let (_, counts) = engine.reference().map_err(report)?;
     let view = View {
@@ -250,11 +250,8 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         return Ok(());
     };
     let mut opened = open(arguments, path)?;
-    let evidence = if arguments.hold_out {
-        all.without(|other| other.same_scene(&opened.view))
-    } else {
-        all
-    };
+    let evidence =
+        if arguments.hold_out { all.without(|other| other.same_scene(&opened.view)) } else { all };
     let tuning = tuning_path(&arguments.tuning, &evidence.device, &evidence.backend);
     let tuner = match Tuner::load(&tuning) {
         Ok(tuner) => tuner,
@@ -312,9 +309,9 @@ fn head(view: &View, evidence: &Evidence, bounds: &Bounds) -> String {
         0.0 => "exact".to_owned(),
         error => format!("error up to {}, {}", error_text(error), metric_text(bounds.metric)),
     };
-    let memory = bounds.max_memory_bytes.map_or(String::new(), |most| {
-        format!("; memory up to {}", bytes(most))
-    });
+    let memory = bounds
+        .max_memory_bytes
+        .map_or(String::new(), |most| format!("; memory up to {}", bytes(most)));
     format!(
         "{scene}:{name} at {width_px}x{height_px}: {triangles} triangles, {} fragments, {:.1} on a \
          covered pixel, {} on the deepest\nFor {}; {asked}{memory}\n\n",
@@ -402,9 +399,15 @@ fn others(advice: &Advice, most: usize) -> String {
     }
     let mut text = String::new();
     let measured = |choice: &&Choice| matches!(choice.time.basis, Basis::Measured { .. });
-    if let Some(best) = advice.choices.iter().find(measured).filter(|best| **best != advice.choices[0]) {
+    if let Some(best) =
+        advice.choices.iter().find(measured).filter(|best| **best != advice.choices[0])
+    {
         let ms = milliseconds(best.time.ns);
-        let _ = writeln!(text, "\nThe fastest of those measured on this view: {ms}, {}", best.technique);
+        let _ = writeln!(
+            text,
+            "\nThe fastest of those measured on this view: {ms}, {}",
+            best.technique
+        );
     }
     let _ = writeln!(text, "\nNext, of {} that meet the bounds:", advice.choices.len());
     for choice in next {
@@ -546,8 +549,9 @@ fn tested(evidence: &Evidence) -> String {
     );
     for bound in BOUNDS {
         let of = all.iter().filter(|trial| trial.max_error == bound);
-        let Some(Regret { trials, without, broken, scenes, mean, median, worst, near, any, .. }) =
-            regret(of)
+        let Some(Regret {
+            trials, without, broken, scenes, mean, median, worst, near, any, ..
+        }) = regret(of)
         else {
             continue;
         };
@@ -567,7 +571,10 @@ fn tested(evidence: &Evidence) -> String {
         .map(|tried| tried.predicted_ns / tried.ns)
         .collect();
     if let Some(ratio) = median(&ratios) {
-        let _ = writeln!(text, "\nPredicted over measured time of what was chosen: {ratio:.2} at the median");
+        let _ = writeln!(
+            text,
+            "\nPredicted over measured time of what was chosen: {ratio:.2} at the median"
+        );
     }
     let _ = writeln!(text, "\nThe most regretted:");
     worst.dedup_by_key(|trial| trial.view);

@@ -158,9 +158,7 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
 /// and as good in the other.
 fn page(cells: &[Measured]) -> String {
     let mut cells: Vec<&Measured> = cells.iter().collect();
-    cells.sort_by(|a, b| {
-        a.rmse.total_cmp(&b.rmse).then(a.total_ns.total_cmp(&b.total_ns))
-    });
+    cells.sort_by(|a, b| a.rmse.total_cmp(&b.rmse).then(a.total_ns.total_cmp(&b.total_ns)));
     let beaten = |cell: &Measured| {
         cells.iter().any(|other| {
             other.rmse <= cell.rmse
@@ -168,9 +166,10 @@ fn page(cells: &[Measured]) -> String {
                 && (other.rmse < cell.rmse || other.total_ns < cell.total_ns)
         })
     };
-    let mut text = "By error, the exact first; * where no other is both faster and nearer to exact.\n\
+    let mut text =
+        "By error, the exact first; * where no other is both faster and nearer to exact.\n\
                     Errors: root mean square, and the largest of a colour channel.\n\n"
-        .to_owned();
+            .to_owned();
     for cell in &cells {
         let mark = if beaten(cell) { ' ' } else { '*' };
         let (rmse, most) = (error_text(cell.rmse), error_text(cell.max_error));
@@ -198,8 +197,12 @@ mod tests {
             total_ns,
             ..Measured::default()
         };
-        let cells =
-            [cell("slow", 0.0, 3e6), cell("exact", 0.0, 2e6), cell("off", 0.1, 2e6), cell("fast", 0.2, 1e6)];
+        let cells = [
+            cell("slow", 0.0, 3e6),
+            cell("exact", 0.0, 2e6),
+            cell("off", 0.1, 2e6),
+            cell("fast", 0.2, 1e6),
+        ];
         let text = page(&cells);
         let marked: Vec<&str> = text.lines().filter(|line| line.starts_with('*')).collect();
         assert_eq!(marked.len(), 2, "{text}");
