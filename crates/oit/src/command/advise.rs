@@ -263,6 +263,9 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let advice = advise(&opened.view, &evidence, &candidates, &bounds);
     print!("{}", head(&opened.view, &evidence, &bounds));
     let Some(best) = advice.choices.first() else {
+        if advice.ruled_out.is_empty() {
+            return Err(miette!("no technique was measured on another scene"));
+        }
         print!("{}", ruled_out(&advice, true));
         return Err(miette!("nothing that was measured is known to meet these bounds"));
     };
