@@ -129,7 +129,7 @@ pub struct Advice {
 
 /// Scenes on which an approximate technique must have been measured before its error is taken for
 /// that on another.
-const LEAST_SCENES: usize = 2;
+const LEAST_SCENES: usize = 3;
 
 fn metric(cell: &Measured, metric: Metric) -> f64 {
     match metric {
