@@ -62,6 +62,23 @@ compare STRATEGY *ARGS: setup build build-figures
         echo "Page:         paper_figures/out/local/compare-$1"
     fi
 
+# Measure one view by exact and approximate techniques, and draw time against error and memory:
+# `just pareto scenes/atrium.toml --view rbs-v2`.
+[positional-arguments]
+pareto SCENE *ARGS: setup build build-figures
+    #!/usr/bin/env bash
+    set -euo pipefail
+    name=$(basename "$1" .toml)-$(date -u +%Y%m%dT%H%M%SZ)
+    {{ oit }} pareto "$@" --out "runs/pareto-$name"
+    {{ paper_figures }} --records "runs/pareto-$name" --out "paper_figures/out/local/pareto-$name" --only pareto
+    echo "Measurements: runs/pareto-$name"
+    echo "Chart:        paper_figures/out/local/pareto-$name"
+
+# Name the cheapest technique that a scene needs: `just advise scenes/smoke.toml --max-error 2/255`.
+[positional-arguments]
+advise *ARGS: build
+    @{{ oit }} advise "$@"
+
 # Draw the tracked figures from the recorded measurements alone.
 figures: build-figures
     rm -rf paper_figures/out/recorded

@@ -2,6 +2,7 @@
 
 mod approx_accuracy;
 mod approx_errors;
+mod advise_regret;
 mod bma_figure_3;
 mod bma_figure_4;
 mod bma_figure_5;
@@ -33,6 +34,7 @@ pub(crate) mod lfb_views;
 mod mechanism_occupancy;
 mod mechanism_registers;
 mod pareto;
+mod pareto_all;
 mod peel_passes;
 mod ratios;
 mod rbs_compile;
@@ -95,6 +97,8 @@ pub const FIGURES: &[&dyn Figure] = &[
     &bma_overhead::BmaOverhead,
     &bma_intervals::BmaIntervals,
     &pareto::Pareto,
+    &pareto_all::ParetoAll,
+    &advise_regret::AdviseRegret,
     &peel_passes::PeelPasses,
     &approx_accuracy::ApproxAccuracy,
     &approx_errors::ApproxErrors,

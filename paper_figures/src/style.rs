@@ -100,10 +100,40 @@ pub(crate) fn sort_colour(sort: &str) -> Colour {
     known.map_or(if sort.contains('+') { PURPLE } else { WINE }, |(_, colour)| *colour)
 }
 
-/// Draws the marker of a technique: colour by sort, shape by schedule, filled in the fragment
-/// stage.
+/// Methods by kind: the word that their names begin with.
+const METHOD_KINDS: &[(&str, Colour)] = &[
+    ("weighted", BLACK),
+    ("stochastic", ORANGE),
+    ("moments", GREEN),
+    ("k", BLUE),
+    ("hybrid", SKY_BLUE),
+    ("multi", VERMILLION),
+    ("adaptive", YELLOW),
+    ("hamburger", Colour(0x99, 0x4f, 0x00)),
+    ("quantised", GREY),
+    ("depth", Colour(0x33, 0x22, 0x88)),
+    ("dual", PURPLE),
+];
+
+/// The kind of a method: `moments` of `moments4_bounded`, `dual` of `dual_peel_stop`.
+#[must_use]
+pub(crate) fn method_kind(method: &str) -> &str {
+    method.split(|c: char| c == '_' || c.is_ascii_digit()).next().unwrap_or(method)
+}
+
+/// The colour of a technique: its sort's; a method's is its kind's.
+fn technique_colour(technique: &Technique) -> Colour {
+    if technique.method.is_empty() {
+        return sort_colour(&technique.sort);
+    }
+    let kind = method_kind(&technique.method);
+    METHOD_KINDS.iter().find(|(name, _)| *name == kind).map_or(WINE, |(_, colour)| *colour)
+}
+
+/// Draws the marker of a technique: colour by sort or by kind of method, shape by schedule, filled in
+/// the fragment stage.
 pub(crate) fn marker(canvas: &mut Canvas, technique: &Technique, at: (f64, f64), radius: f64) {
-    let colour = sort_colour(&technique.sort);
+    let colour = technique_colour(technique);
     let filled = technique.shader_stage != "compute";
     let corners: &[(f64, f64)] = match technique.schedule.as_str() {
         "base" => {
@@ -135,7 +165,7 @@ mod tests {
 
     #[test]
     fn no_two_share_a_colour() {
-        for colours in [SORTS, LAYOUTS] {
+        for colours in [SORTS, LAYOUTS, METHOD_KINDS] {
             for (index, (_, colour)) in colours.iter().enumerate() {
                 assert!(colours[index + 1..].iter().all(|(_, other)| other != colour));
             }

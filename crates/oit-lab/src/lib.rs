@@ -4,6 +4,7 @@
 //! technique is a point on the axes of the first three or a method, and a cell is a technique on one
 //! view of a scene.
 
+mod advise;
 mod array_probe;
 mod assemble;
 mod conformance;
@@ -25,6 +26,7 @@ mod twins;
 mod verify;
 mod worker;
 
+pub use advise::{Description, Planned};
 pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
 pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};

@@ -19,6 +19,8 @@ fn main() -> miette::Result<()> {
         Command::Devices => command::devices::run(),
         Command::Sweep(arguments) => command::sweep::run(&arguments),
         Command::Compare(arguments) => command::compare::run(&arguments),
+        Command::Advise(arguments) => command::advise::run(&arguments),
+        Command::Pareto(arguments) => command::pareto::run(&arguments),
         Command::Tune(arguments) => command::tune::run(&arguments),
         Command::Render(arguments) => command::render::run(&arguments),
         Command::Trace(arguments) => command::trace::run(&arguments),

@@ -399,3 +399,86 @@ fn a_sort_is_compared_on_a_trace_without_a_gpu() {
     let no_trace = fails(&["compare", "insertion", "--trace", "scenes/stack.toml"]);
     assert!(no_trace.contains(".oitt"), "{no_trace}");
 }
+
+/// A run of one view on the CPU, to advise from.
+fn recorded(folder: &Path) -> String {
+    let path = folder.join("records/run").to_string_lossy().into_owned();
+    ok(&[
+        "pareto",
+        "scenes/planes2.toml",
+        "--device",
+        "cpu",
+        "--size",
+        "48x32",
+        "--techniques",
+        "linked_list/base/insertion/compute/peak,linked_list/bma-list/rbs/compute/peak",
+        "--methods",
+        "weighted",
+        "--samples",
+        "2",
+        "--out",
+        &path,
+    ]);
+    folder.join("records").to_string_lossy().into_owned()
+}
+
+#[test]
+fn advice_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let records = recorded(folder.path());
+    let view = ["advise", "scenes/planes2.toml", "--size", "48x32", "--on", "cpu"];
+    let advise = |more: &[&str]| ok(&[&view[..], &["--records", &records], more].concat());
+    let text = advise(&["--check", "--samples", "2"]);
+    for word in
+        ["measured on this view in run", "intervals", "pool", "Checked on", "exact", "keeps within"]
+    {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    // A weighted sum is far off here, so that it is chosen only where anything goes.
+    assert!(text.contains("its error is above the bound\n          weighted: "), "{text}");
+    let loose = advise(&["--max-error", "1", "--all"]);
+    assert!(!loose.contains("its error is above the bound"), "{loose}");
+    // Of another scene nothing is known of, nor of this one where it is held out.
+    let lone = fails(&[&view[..], &["--records", &records, "--hold-out"]].concat());
+    assert!(lone.contains("measured on another scene"), "{lone}");
+    let tight = fails(&[&view[..], &["--records", &records, "--max-memory", "1KiB"]].concat());
+    assert!(tight.contains("it takes more memory"), "{tight}");
+}
+
+#[test]
+fn advice_that_cannot_be_given_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().to_string_lossy().into_owned();
+    let scene = "scenes/planes2.toml";
+    let cases: [(&[&str], &str); 9] = [
+        (&["advise"], "<SCENE>"),
+        (&["advise", "scenes/plane2.toml", "--on", "cpu"], "plane2"),
+        (&["advise", scene, "--view", "frnt", "--on", "cpu", "--size", "8x8"], "front"),
+        (&["advise", scene, "--size", "8"], "is no size"),
+        (&["advise", scene, "--max-error", "2"], "from 0 to 1"),
+        (&["advise", scene, "--max-error", "1/x"], "from 0 to 1"),
+        (&["advise", scene, "--max-memory", "5 apples"], "512MiB"),
+        (&["advise", scene, "--device", "geforce 256"], "there are records of NVIDIA H200"),
+        (&["advise", scene, "--records", &empty], "hold no times"),
+    ];
+    for (arguments, word) in cases {
+        let text = fails(arguments);
+        assert!(text.contains(word), "{arguments:?}: {text}");
+        assert!(!text.contains("panicked"), "{text}");
+    }
+    let cases: [(&[&str], &str); 3] = [
+        (&["pareto", scene, "--view", "frnt"], "front"),
+        (&["pareto", scene, "--methods", "weigted"], "weighted"),
+        (&["pareto", scene, "--techniques", "linked_lst/base/rbs/compute/peak"], "linked_list"),
+    ];
+    for (arguments, word) in cases {
+        let text = fails(arguments);
+        assert!(text.contains(word), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn advice_is_tested_on_records() {
+    let text = ok(&["advise", "--regret", "--device", "nvidia-h200-vulkan"]);
+    assert!(text.contains("exact") && text.contains("The most regretted:"), "{text}");
+}

@@ -1,4 +1,5 @@
-//! Time against error: exact techniques and those that leave something out, in one chart a view.
+//! Time against error: exact techniques and those that leave something out, in one chart a view, with
+//! the memory that each takes.
 
 use analysis::{CellResult, RESOLVE, TOTAL, Tables};
 
@@ -12,6 +13,9 @@ use crate::technique_names::{is_floor, label};
 
 /// Time against error.
 pub(super) struct Pareto;
+
+/// The scale of errors.
+const ERRORS: &str = "root mean square error of the picture (0 to 1, log scale right of the break)";
 
 impl Figure for Pareto {
     fn name(&self) -> &'static str {
@@ -33,30 +37,35 @@ impl Figure for Pareto {
 }
 
 /// The cells of a group that have an error and times.
-fn charted<'a>(group: &Group<'a>) -> Vec<&'a CellResult> {
+pub(super) fn charted<'a>(group: &Group<'a>) -> Vec<&'a CellResult> {
     let cells = group.cells.iter().copied();
     cells.filter(|cell| wanted(cell) && !cell.times.is_empty()).collect()
 }
 
 /// Whether there is an exact technique and one that leaves fragments out. Blending unsorted is the
 /// floor of times, not a choice between time and error.
-fn trades(cells: &[&CellResult]) -> bool {
+pub(super) fn trades(cells: &[&CellResult]) -> bool {
     let exact = cells.iter().any(|cell| cell.rmse() == Some(0.0));
     let mut off = cells.iter().filter(|cell| !is_floor(&cell.technique.sort));
     exact && off.any(|cell| cell.rmse().is_some_and(|rmse| rmse > 0.0))
 }
 
-fn wanted(cell: &CellResult) -> bool {
+pub(super) fn wanted(cell: &CellResult) -> bool {
     let usual = cell.technique.whole_pool() && cell.technique.powers_of_two();
     (usual || cell.technique.is_method()) && cell.rmse().is_some_and(f64::is_finite)
 }
 
+/// Peak signal-to-noise ratio in decibels; `None` of an exact picture, which has no noise.
+fn psnr_db(rmse: f64) -> Option<f64> {
+    (rmse > 0.0).then(|| -20.0 * rmse.log10())
+}
+
 /// Marks the points that no other beats in one of time and error without losing in the other.
 pub(super) fn mark_front(points: &mut [ScatterPoint]) {
-    let all: Vec<(f64, f64)> = points.iter().map(|point| (point.rmse, point.ms)).collect();
+    let all: Vec<(f64, f64)> = points.iter().map(|point| (point.rmse, point.time)).collect();
     for point in points {
         let beaten = all.iter().any(|&(rmse, ms)| {
-            rmse <= point.rmse && ms <= point.ms && (rmse < point.rmse || ms < point.ms)
+            rmse <= point.rmse && ms <= point.time && (rmse < point.rmse || ms < point.time)
         });
         point.front = !beaten;
     }
@@ -68,13 +77,14 @@ fn panel(title: &str, stage: &str, cells: &[&CellResult]) -> ScatterPanel {
             technique: cell.technique.clone(),
             label: label(&cell.name.technique),
             rmse: cell.rmse()?,
-            ms: cell.median_ms(stage).filter(|&ms| ms > 0.0)?,
+            time: cell.median_ms(stage).filter(|&ms| ms > 0.0)?,
+            memory_bytes: cell.verification.as_ref()?.memory_bytes,
             front: false,
         })
     });
     let mut points: Vec<ScatterPoint> = points.collect();
     mark_front(&mut points);
-    ScatterPanel { title: title.to_owned(), points }
+    ScatterPanel { title: title.to_owned(), unit: " ms", errors: ERRORS, points }
 }
 
 fn output(group: &Group, cells: &[&CellResult]) -> Output {
@@ -93,6 +103,9 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             "technique",
             "rmse",
             "max_error",
+            "psnr_db",
+            "ssim",
+            "flip",
             "wrong_px",
             "total_ms",
             "total_low_ms",
@@ -106,8 +119,16 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
         ],
         rows: Vec::new(),
     };
-    let columns = ["technique", "rmse", "max error", "total\nms", "resolve\nms", "memory\nMiB"];
-    let mut table = Table { columns: columns.map(str::to_owned).to_vec(), ..Table::default() };
+    // What an eye makes of errors is recorded where an experiment asks for it.
+    let perceptual =
+        cells.iter().any(|cell| cell.verification.as_ref().is_some_and(|v| v.ssim.is_some()));
+    let mut columns = vec!["technique", "rmse", "max error", "PSNR\ndB"];
+    if perceptual {
+        columns.extend(["SSIM", "FLIP"]);
+    }
+    columns.extend(["total\nms", "resolve\nms", "memory\nMiB"]);
+    let columns = columns.into_iter().map(str::to_owned).collect();
+    let mut table = Table { columns, ..Table::default() };
     let mut sorted = cells.to_vec();
     let key =
         |cell: &CellResult| (cell.rmse().unwrap_or(0.0), cell.median_ms(TOTAL).unwrap_or(0.0));
@@ -123,7 +144,11 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             cell.name.technique.clone(),
             format!("{rmse}"),
             format!("{}", verification.max_error),
+            psnr_db(rmse).map_or(String::new(), |db| format!("{db}")),
         ];
+        for value in [verification.ssim, verification.flip] {
+            row.push(value.map_or(String::new(), |value| format!("{value}")));
+        }
         row.push(verification.wrong_px.to_string());
         for stage in [TOTAL, RESOLVE] {
             let summary = cell.times.get(stage).map(|timing| timing.summary);
@@ -142,10 +167,18 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             Some(ms) => Value { text: three_digits(ms), marked: front },
             None => Value::from("–"),
         };
-        table.rows.push(vec![
+        let mut row: Vec<Value> = vec![
             label(&cell.name.technique).into(),
             if rmse == 0.0 { "exact".to_owned() } else { number(rmse) }.into(),
             number(verification.max_error).into(),
+            psnr_db(rmse).map_or("–".to_owned(), |db| format!("{db:.1}")).into(),
+        ];
+        if perceptual {
+            for value in [verification.ssim, verification.flip] {
+                row.push(value.map_or("–".to_owned(), |value| format!("{value:.4}")).into());
+            }
+        }
+        row.extend([
             time(TOTAL, fronts[0]),
             time(RESOLVE, fronts[1]),
             match verification.memory_bytes {
@@ -154,6 +187,7 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
             }
             .into(),
         ]);
+        table.rows.push(row);
     }
     panels.retain(|panel| !panel.points.is_empty());
     Output {
@@ -166,7 +200,8 @@ fn output(group: &Group, cells: &[&CellResult]) -> Output {
         notes: vec![
             "Medians. A technique with max8 sorts and blends at most 8 fragments of a pixel, and so \
              on; the rest of a deeper pixel is left out. Marked times are on the front. Methods, which \
-             draw the scene in passes of their own, have a total alone."
+             draw the scene in passes of their own, have a total alone. PSNR is of the root mean square \
+             error, against a largest value of 1. Memory is that of all buffers and targets."
                 .to_owned(),
         ],
         stamps: [Stamp::of(group.run)].into(),
@@ -180,12 +215,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn noise_is_in_decibels() {
+        assert_eq!((psnr_db(0.1), psnr_db(0.0)), (Some(20.0), None));
+    }
+
+    #[test]
     fn the_front_has_what_nothing_beats() {
-        let point = |rmse: f64, ms: f64| ScatterPoint {
+        let point = |rmse: f64, time: f64| ScatterPoint {
             technique: Technique::default(),
             label: String::new(),
             rmse,
-            ms,
+            time,
+            memory_bytes: 0,
             front: false,
         };
         let mut points =

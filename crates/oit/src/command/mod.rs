@@ -1,10 +1,12 @@
 //! One file a verb.
 
+pub(crate) mod advise;
 pub(crate) mod compare;
 mod compare_trace;
 pub(crate) mod devices;
 pub(crate) mod generate;
 pub(crate) mod list;
+pub(crate) mod pareto;
 pub(crate) mod plan;
 pub(crate) mod probe;
 pub(crate) mod render;
@@ -30,6 +32,10 @@ pub(crate) enum Command {
     Sweep(sweep::Arguments),
     /// Check one sort, measure it against others, and print who wins where.
     Compare(compare::Arguments),
+    /// Name the cheapest technique that a scene needs within bounds, by what was recorded.
+    Advise(advise::Arguments),
+    /// Measure one view by exact and approximate techniques, and print which of them nothing beats.
+    Pareto(pareto::Arguments),
     /// Write what recorded runs say of a device to its tuning file, for the sort `auto` and for
     /// `intervals-optimal`.
     Tune(tune::Arguments),
