@@ -12,8 +12,12 @@ use toml::{Spanned, Value};
 use crate::scene::FRAME_MARK;
 use crate::{
     Camera, CameraPath, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene,
-    SceneError, Shading, Stripes, View, import, parse_toml,
+    SceneError, Shading, Stripes, View, import, parse_toml, shuffle_triangles,
 };
+
+/// The override that every scene has: a seed, with which its triangles are submitted in a random order
+/// ([`shuffle_triangles`]). Without it they keep their own.
+pub const SHUFFLE: &str = "shuffle";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -117,21 +121,22 @@ enum Source {
 struct Checked {
     about: String,
     source: Source,
+    shuffle: Option<u64>,
     shading: Shading,
     views: Vec<View>,
     paths: Vec<(String, CameraPath)>,
 }
 
 /// Reads a scene file and makes its mesh. `overrides` replace generator parameters: experiments
-/// vary them.
+/// vary them. One more, [`SHUFFLE`], every scene has.
 ///
 /// # Errors
 /// [`SceneError::Fault`] for a mistake in the file or in an override, with line, word and the
 /// nearest valid words; [`SceneError::MissingAsset`], [`SceneError::Import`],
 /// [`SceneError::Generate`] and [`SceneError::Io`].
 pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, SceneError> {
-    let Checked { about, source, shading, views, paths } = check(path, overrides)?;
-    let mesh = match source {
+    let Checked { about, source, shuffle, shading, views, paths } = check(path, overrides)?;
+    let mut mesh = match source {
         Source::Generate(generator, params) => generator
             .generate(&params)
             .map_err(|source| SceneError::Generate { path: path.to_owned(), source })?,
@@ -145,6 +150,9 @@ pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, S
             mesh
         }
     };
+    if let Some(seed) = shuffle {
+        mesh = shuffle_triangles(&mesh, seed);
+    }
     Ok(Scene { name: stem(path), about, mesh: Arc::new(mesh), shading, views, paths })
 }
 
@@ -214,6 +222,11 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         return Err(invalid(file.about.span(), "`about` must say what the scene is").into());
     }
 
+    let unplaced = |problem| Fault { path: path.to_owned(), line: None, problem };
+    let mut overrides = overrides.clone();
+    let shuffle = overrides.remove(SHUFFLE).map(|value| seed(&value)).transpose();
+    let shuffle = shuffle.map_err(unplaced)?;
+
     let mesh_span = file.mesh.span();
     let mesh = file.mesh.into_inner();
     let source = match (mesh.generator, mesh.import) {
@@ -233,12 +246,8 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
                     .set(key.get_ref(), value.get_ref())
                     .map_err(|problem| fault(key.span(), problem))?;
             }
-            for (key, value) in overrides {
-                params.set(key, value).map_err(|problem| Fault {
-                    path: path.to_owned(),
-                    line: None,
-                    problem,
-                })?;
+            for (key, value) in &overrides {
+                params.set(key, value).map_err(unplaced)?;
             }
             Source::Generate(*generator, params)
         }
@@ -248,8 +257,7 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
                 return Err(invalid(key.span(), sentence).into());
             }
             if let Some(key) = overrides.keys().next() {
-                let problem = Problem::unknown("parameter", key, []);
-                return Err(Fault { path: path.to_owned(), line: None, problem }.into());
+                return Err(unplaced(Problem::unknown("parameter", key, [SHUFFLE])).into());
             }
             Source::Import(asset, mesh.rgba.unwrap_or([255; 4]))
         }
@@ -298,7 +306,17 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         let folder = path.parent().unwrap_or(Path::new(""));
         paths.push((name, CameraPath::load(&folder.join(beside))?));
     }
-    Ok(Checked { about: file.about.into_inner(), source, shading, views, paths })
+    Ok(Checked { about: file.about.into_inner(), source, shuffle, shading, views, paths })
+}
+
+/// A seed, as generators take them.
+fn seed(value: &Value) -> Result<u64, Problem> {
+    let seed = value.as_integer().and_then(|seed| u32::try_from(seed).ok());
+    let invalid = || {
+        let most = u32::MAX;
+        Problem::Invalid(format!("`{SHUFFLE}` is a whole number from 0 to {most}, not {value}"))
+    };
+    seed.map(u64::from).ok_or_else(invalid)
 }
 
 fn check_shading(shading: &ShadingFile) -> Result<Shading, &'static str> {

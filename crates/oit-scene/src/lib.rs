@@ -20,7 +20,7 @@ mod shading;
 
 pub use camera::{Camera, Projection};
 pub use fault::{Fault, Problem, parse_toml};
-pub use file::{Asset, PathEntry, SceneEntry, list, load};
+pub use file::{Asset, PathEntry, SHUFFLE, SceneEntry, list, load};
 pub use generate::{GENERATORS, GenerateError, Generator};
 pub use import::ImportError;
 pub use mesh::{MAX_TRIANGLES, Mesh, Vertex, shuffle_triangles};

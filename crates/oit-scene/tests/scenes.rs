@@ -73,7 +73,7 @@ fn overrides_replace_parameters() {
     assert!(error.ends_with("parameter `layers` must be a whole number, found: string"), "{error}");
     let dragon = scenes().join("dragon.toml");
     let error = load(&dragon, &overrides(&[("layers", 3.into())])).unwrap_err().to_string();
-    assert!(error.ends_with("unknown parameter `layers`, none is valid here"), "{error}");
+    assert!(error.ends_with("unknown parameter `layers`, valid: `shuffle`"), "{error}");
 }
 
 #[test]

@@ -155,6 +155,7 @@ fn verification(technique: &str, peak: u32) -> Verification {
         predicted_ns: Some(if technique == OPTIMAL { 900.0 } else { 1000.0 }),
         ssim: None,
         flip: None,
+        stability: None,
     }
 }
 

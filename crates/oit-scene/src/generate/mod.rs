@@ -1,10 +1,12 @@
 //! Generators: one file each, listed in [`GENERATORS`].
 
 mod atrium;
+mod coplanar;
 mod cyclic;
 mod grid;
 mod hairball;
 mod intersecting;
+mod nonfinite;
 mod planes;
 mod powerplant;
 mod random_triangles;
@@ -42,6 +44,8 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &intersecting::Intersecting,
     &shells::Shells,
     &powerplant::PowerPlant,
+    &coplanar::Coplanar,
+    &nonfinite::Nonfinite,
 ];
 
 /// Why a generator refuses.
