@@ -94,6 +94,10 @@ pub struct Profile {
     /// nor changes from view to view are recorded.
     #[serde(default)]
     pub repeats: Option<u32>,
+    /// Whether pictures are kept of cells that break ([`oit_record::Verification::breaks`]), with the
+    /// right ones.
+    #[serde(default)]
+    pub keep_breaks: bool,
     /// How frames of camera paths are run.
     #[serde(default)]
     pub path: PathProfile,

@@ -160,6 +160,7 @@ pub fn run(
         samples: experiment.profile(setup.profile).samples,
         perceptual: experiment.profile(setup.profile).perceptual,
         repeats: experiment.profile(setup.profile).repeats,
+        keep_breaks: experiment.profile(setup.profile).keep_breaks,
         warmup_ms: experiment.profile(setup.profile).warmup_ms,
         frame_warmup_ms: experiment.profile(setup.profile).path.warmup_ms,
         warm: None,
@@ -263,6 +264,8 @@ struct Session<'a> {
     perceptual: bool,
     /// How often a frame is repeated to see whether its picture stays.
     repeats: Option<u32>,
+    /// Whether pictures are kept of cells that break.
+    keep_breaks: bool,
     warmup_ms: u64,
     /// Of a frame of a camera path that follows another.
     frame_warmup_ms: Option<u64>,
@@ -441,9 +444,11 @@ impl Session<'_> {
         let check = if self.cells[cell].in_full { Check::All } else { Check::Picture };
         let check = self.states[cell].verdict.is_none().then_some(check);
         let keep = self.cells[cell].keep_images;
-        let images = keep.then(|| kept::stem(&self.setup.out, &self.cells[cell].cell));
+        let stem = || kept::stem(&self.setup.out, &self.cells[cell].cell);
+        let (images, breaks) = (keep.then(stem), self.keep_breaks.then(stem));
         let (perceptual, repeats) = (self.perceptual, self.repeats);
-        let request = Request::Prepare { cell, technique, check, perceptual, repeats, images };
+        let request =
+            Request::Prepare { cell, technique, check, perceptual, repeats, images, breaks };
         let reply = client.ask(&request, self.timeout);
         match reply {
             Ok(Reply::Prepared(prepared)) => {

@@ -46,6 +46,8 @@ pub(crate) enum Request {
         repeats: Option<u32>,
         /// Where its pictures are kept once it is compared, if they are: see [`kept::keep`].
         images: Option<PathBuf>,
+        /// Where its picture and the right one are kept if it breaks: see [`kept::keep_break`].
+        breaks: Option<PathBuf>,
     },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
@@ -124,6 +126,7 @@ struct Asked<'a> {
     perceptual: bool,
     repeats: Option<u32>,
     images: Option<&'a Path>,
+    breaks: Option<&'a Path>,
 }
 
 #[derive(Default)]
@@ -224,8 +227,9 @@ impl Worker {
                 let size = FrameSize { width_px, height_px };
                 self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, check, perceptual, repeats, images } => {
-                let asked = Asked { check, perceptual, repeats, images: images.as_deref() };
+            Request::Prepare { cell, technique, check, perceptual, repeats, images, breaks } => {
+                let (images, breaks) = (images.as_deref(), breaks.as_deref());
+                let asked = Asked { check, perceptual, repeats, images, breaks };
                 let prepared = self.prepare(cell, &technique, asked)?;
                 Ok(Reply::Prepared(Box::new(prepared)))
             }
@@ -346,6 +350,10 @@ impl Worker {
                 if let Some(stability) = &mut result.stability {
                     let (picture, right) = (engine.picture(ready)?, verifier.picture());
                     stability.change = self.changes.next(technique, &picture, right);
+                }
+                if let Some(stem) = asked.breaks.filter(|_| result.breaks()) {
+                    kept::keep_break(stem, &engine.picture(ready)?, verifier.picture())
+                        .map_err(|error| CellError::Failed(error.to_string()))?;
                 }
                 if let Some(stem) = asked.images {
                     let counts: Vec<u32> = verifier.reference().counts().collect();

@@ -11,6 +11,6 @@ pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
 pub use program::{Executable, Program, Statistic, StatisticValue};
 pub use schema::{
-    Cell, Change, Event, Host, Run, SCHEMA_VERSION, Stability, Verdict, Verification,
+    Cell, Change, Event, Host, LOST, Run, SCHEMA_VERSION, Stability, Verdict, Verification,
 };
 pub use subject::{Conformance, Subject, SubjectPart};

@@ -231,6 +231,20 @@ pub struct Verification {
     pub stability: Option<Stability>,
 }
 
+/// A picture whose largest error is no less than this is lost: half of what a channel can hold. So is one
+/// that is not finite.
+pub const LOST: f64 = 0.5;
+
+impl Verification {
+    /// Whether the picture broke: it is not what it must be, or is lost, or is not the same in every
+    /// run. That an approximate one is off, but not lost, is no break.
+    #[must_use]
+    pub fn breaks(&self) -> bool {
+        let varies = self.stability.as_ref().is_some_and(|stability| stability.pictures > 1);
+        self.verdict == Verdict::Wrong || varies || self.max_error >= LOST
+    }
+}
+
 /// Whether a technique's picture stays: over runs of one frame, and on the way to the next.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
