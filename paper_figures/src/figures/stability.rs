@@ -7,7 +7,7 @@ mod rule;
 
 use std::collections::BTreeMap;
 
-use analysis::{CellResult, RunInfo, Tables};
+use analysis::{CellResult, RunInfo, Tables, Technique};
 
 use super::Figure;
 use crate::FigureError;
@@ -92,6 +92,8 @@ impl<'a> Study<'a> {
             }
         }
         rows.retain(|(_, entries)| entries.iter().any(Option::is_some));
+        // What sorts fragments, then methods, each in the order of the run.
+        rows.sort_by_key(|(name, _)| Technique::parse(name).is_method());
         Self { run, cases, rows }
     }
 

@@ -73,7 +73,7 @@ pub(super) fn pictures(study: &Study) -> Result<Option<Output>, FigureError> {
                 same.join(", ").into(),
             ]);
             let more = if same.is_empty() { String::new() } else { format!(", +{}", same.len()) };
-            let title = format!("{name}{more}: {word} {figure}");
+            let title = format!("{word} {figure}: {name}{more}");
             let title = fitted(title.trim_end(), SMALL_PX, TITLE_PX)?;
             shown.push(Picture { title, width: kept.picture.width, rgb: kept.picture.bytes });
             right.get_or_insert(kept.right);
@@ -91,7 +91,7 @@ pub(super) fn pictures(study: &Study) -> Result<Option<Output>, FigureError> {
         return Ok(None);
     }
     let mut notes = vec![
-        "Each picture is of the run or frame kept last; breaks with the same picture, bit by bit, are \
+        "Pictures are kept of what is wrong, lost, not finite or varies. Each picture is of the run or frame kept last; breaks with the same picture, bit by bit, are \
          shown once (+n: n more techniques), the worst first. What is not finite is magenta."
             .to_owned(),
     ];

@@ -183,6 +183,12 @@ pub(super) fn find(cell: &CellResult, kind: Kind) -> Option<Finding> {
             if found.word == Word::Wrong {
                 found.reason = reason;
             }
+            // Beside what is worse.
+            let change = result.stability.as_ref().and_then(|stability| stability.change);
+            let moves = kind == Kind::Shuffled && change.is_some_and(|change| change.px > 0);
+            if moves && found.word > Word::Moves {
+                found.figure += ", moves";
+            }
             let pictures = result.stability.as_ref().map_or(1, |stability| stability.pictures);
             if pictures > 1 && found.word > Word::Varies {
                 found.figure += ", varies";
