@@ -214,7 +214,7 @@ fn every_mistake_is_named_with_its_line() {
         ),
         ("count = 2", "cuont = 2", ":5: unknown parameter `cuont`, the nearest valid: `count`"),
         ("count = 2", "count = 2.5", ":5: parameter `count` must be a whole number, found: float"),
-        ("count = 2", "count = -2", ":5: parameter `count` must be from 0 to 4096, not -2"),
+        ("count = 2", "count = -2", ":5: parameter `count` must be from 0 to 16384, not -2"),
         ("count = 2", "shape = \"cube\"", ":5: unknown word `cube`, valid: `square`, `sphere`"),
         (
             "ambient = 0.25",
