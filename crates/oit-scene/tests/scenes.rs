@@ -27,6 +27,7 @@ fn every_scene_file_loads() {
             "dragon",
             "grid",
             "hairball",
+            "helix",
             "intersecting",
             "near_far",
             "near_plane",
@@ -37,7 +38,9 @@ fn every_scene_file_loads() {
             "random_triangles",
             "shells",
             "smoke",
-            "stack"
+            "sphere_stack",
+            "stack",
+            "virus"
         ]
     );
     for entry in &entries {
@@ -53,7 +56,9 @@ fn every_scene_file_loads() {
         assert_eq!((&scene.name, &scene.about), (&entry.name, &entry.about));
         let views: Vec<_> = scene.views.iter().map(|view| view.name.clone()).collect();
         assert_eq!(views, entry.views);
-        assert!(scene.mesh.triangle_count() > 0, "{}", entry.name);
+        assert_eq!(scene.mesh.triangle_count() > 0, !entry.spheres, "{}", entry.name);
+        let spheres = scene.spheres.map_or(0, |spheres| spheres.total());
+        assert_eq!(spheres > 0, entry.spheres, "{}", entry.name);
     }
     let hairball = entries.iter().find(|entry| entry.name == "hairball").unwrap();
     assert_eq!(hairball.views, ["inside-front", "inside-back"]);
@@ -96,6 +101,9 @@ fn triangles_of_any_scene_are_submitted_in_another_order() {
         let what = format!("`shuffle` is a whole number from 0 to 4294967295, not {value}");
         assert!(error.ends_with(&what), "{error}");
     }
+    let spheres = load(&scenes().join("sphere_stack.toml"), &overrides(&[("shuffle", 1.into())]));
+    let error = spheres.unwrap_err().to_string();
+    assert!(error.ends_with("`shuffle` is for triangles, and this scene has none"), "{error}");
     // No generator has a parameter of that name, which it would never get.
     let all = oit_scene::GENERATORS.iter().flat_map(|generator| generator.parameters());
     assert!(all.into_iter().all(|parameter| parameter.name != oit_scene::SHUFFLE));
