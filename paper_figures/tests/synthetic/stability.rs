@@ -6,7 +6,7 @@ use std::path::Path;
 use oit_image::{Image, write_png};
 use oit_record::{Cell, Change, Event, Run, RunWriter, Stability, Verdict, Verification};
 
-use super::{HEIGHT_PX, WIDTH_PX, bma, run_of, verification};
+use super::{HEIGHT_PX, WIDTH_PX, run_of, verification};
 
 const SORTED: &str = "linked_list/bma-list/insertion/compute/peak";
 const DROPPED: &str = "linked_list/bma-list/insertion/compute/peak/pool50-drop";
@@ -110,7 +110,10 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
 }
 
 fn write_images(folder: &Path, cell: &Cell) {
-    let stem = bma::images(folder, cell);
+    let Cell { technique, scene, view, width_px, height_px } = cell;
+    let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
+    let safe = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+    let stem = folder.join("images").join(name.replace(|c: char| !safe(c), "_"));
     std::fs::create_dir_all(stem.parent().unwrap()).unwrap();
     for (ending, grey) in [("picture", 0.25), ("right", 0.75)] {
         let pixels = vec![[grey, grey, grey, 1.0]; (WIDTH_PX * HEIGHT_PX) as usize];
