@@ -79,6 +79,21 @@ pareto SCENE *ARGS: setup build build-figures
 advise *ARGS: build
     @{{ oit }} advise "$@"
 
+# Where methods fail: measure the stability experiments, and write a table of techniques and cases for
+# each, with pictures of what broke. Arguments are those of `just sweep`:
+# `just stability --profile full --device vulkan:0`.
+[positional-arguments]
+stability *ARGS: setup build build-figures
+    #!/usr/bin/env bash
+    set -euo pipefail
+    run=runs/stability-$(date -u +%Y%m%dT%H%M%SZ)
+    # That a cell is wrong or failed is what is asked here: it is drawn, and no error of the recipe's,
+    # as long as there is a record.
+    {{ oit }} sweep experiments/stability-*.toml --out "$run" "$@" || test -e "$run/stability-mesh/run.json"
+    {{ paper_figures }} --records "$run" --out paper_figures/out/local/stability --only stability
+    echo "Measurements: $run"
+    echo "Tables:       paper_figures/out/local/stability"
+
 # Draw the tracked figures from the recorded measurements alone.
 figures: build-figures
     rm -rf paper_figures/out/recorded

@@ -339,6 +339,8 @@ fn cells_frame(
             recorded("lfb_bytes", &|v| v.lfb_bytes),
             recorded("peak_bytes", &|v| v.peak_bytes),
             recorded("repeat_differs_px", &|v| v.repeat_differs_px),
+            recorded("pictures", &|v| v.stability.as_ref().map(|s| u64::from(s.pictures))),
+            recorded("change_px", &|v| v.stability.as_ref()?.change.map(|change| change.px)),
             measured("prepare_ms", &|v| v.prepare_ms),
             text("tuned", &|cell| {
                 cell.verification.as_ref().and_then(|v| v.tuned.clone()).unwrap_or_default()

@@ -46,6 +46,7 @@ fn verified(cell: usize, verdict: Verdict) -> Event {
         predicted_ns: None,
         ssim: None,
         flip: None,
+        stability: None,
     };
     Event::Verified { cell, result }
 }

@@ -5,6 +5,7 @@ mod error_scatter;
 mod flight;
 mod histogram;
 mod lines;
+mod outcome_table;
 mod pictures;
 mod ratio_bars;
 mod stage_bars;
@@ -15,6 +16,7 @@ pub(crate) use error_scatter::{ErrorScatter, ScatterPanel, ScatterPoint};
 pub(crate) use flight::{Flight, FlightPanel, FlightSeries};
 pub(crate) use histogram::{DepthHistogram, HistogramSeries};
 pub(crate) use lines::{Line, LinePanel, LinePoint, Lines, Scale};
+pub(crate) use outcome_table::{Outcome, OutcomeTable};
 pub(crate) use pictures::{Picture, PictureRow, Pictures};
 pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};
 pub(crate) use stage_bars::{StageBar, StageBars, StagePanel, stage_place};
@@ -41,4 +43,4 @@ pub trait Chart {
 /// Size of labels.
 const LABEL_PX: f64 = 12.0;
 /// Size of tick labels and annotations.
-const SMALL_PX: f64 = 11.0;
+pub(crate) const SMALL_PX: f64 = 11.0;

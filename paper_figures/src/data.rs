@@ -97,11 +97,19 @@ pub(crate) fn frames<'a>(
     best(tables, wanted, |group| path_frame(group.view).is_some())
 }
 
-/// Every group there is, of every run. Times of one are compared with each other only.
+/// Whether a run is of a stability experiment (`stability-...`). Its frames are tiny and sampled once,
+/// for what becomes of the picture: its times say nothing.
+#[must_use]
+pub(crate) fn is_stability(run: &RunInfo) -> bool {
+    run.run.experiment.starts_with("stability-")
+}
+
+/// Every group there is, of every run but those of stability experiments. Times of one are compared with
+/// each other only.
 #[must_use]
 pub(crate) fn all_groups(tables: &Tables) -> Vec<Group<'_>> {
     let mut found: BTreeMap<(usize, String), Group> = BTreeMap::new();
-    for cell in &tables.results {
+    for cell in tables.results.iter().filter(|cell| !is_stability(&tables.runs[cell.run])) {
         let group = found.entry((cell.run, cell.name.group())).or_insert_with(|| Group {
             run: &tables.runs[cell.run],
             scene: &cell.name.scene,

@@ -48,6 +48,7 @@ pub(crate) mod rbs_views;
 mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
+mod stability;
 
 pub use compare::compare;
 pub use compare_page::{Page, compare_pages};
@@ -115,4 +116,5 @@ pub const FIGURES: &[&dyn Figure] = &[
     &lfb_overflow::LfbOverflow,
     &mechanism_registers::MechanismRegisters,
     &mechanism_occupancy::MechanismOccupancy,
+    &stability::Stability,
 ];

@@ -10,8 +10,7 @@ use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
-    RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe,
-    rbs, write_counts, write_rbs_views, write_run,
+    RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe, rbs, stability, write_counts, write_rbs_views, write_run,
 };
 
 const DEVICE: &str = "test device";
@@ -30,6 +29,7 @@ fn one_device(root: &Path) -> Tables {
     approx::write_run(&root.join("approx"), DEVICE);
     compile::write_run(&root.join("compiled"), DEVICE, false, Some("--cache=x"));
     compile::write_run(&root.join("cached"), DEVICE, true, Some("--cache=x"));
+    stability::write_run(&root.join("stability"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -826,6 +826,70 @@ fn approximate_methods_are_told_by_their_errors() {
     let text = claims::markdown(&verdicts, &tables);
     assert!(text.contains("Known: More moments, less error. (M"));
     assert!(!text.contains("“More moments"));
+}
+
+/// Every word of the rule, from the record alone; pictures of what broke; and nothing of such a run in any
+/// other figure.
+#[test]
+fn what_became_of_each_technique_in_each_case() {
+    let root = tempfile::tempdir().unwrap();
+    stability::write_run(&root.path().join("stability"), DEVICE);
+    let tables = read(&[root.path().to_owned()]).unwrap();
+    let figure = FIGURES.iter().find(|figure| figure.name() == "stability").unwrap();
+    let outputs = figure.draw(&tables).unwrap();
+    assert_eq!(outputs.len(), 2);
+    let (table, breaks) = (&outputs[0], &outputs[1]);
+    for (scene, view, technique, word) in stability::CELLS {
+        if word.is_empty() {
+            continue;
+        }
+        let named = [("scene", *scene), ("view", *view), ("cell", *technique)];
+        assert_eq!(field(table, &named, "word"), *word, "{scene} {technique}");
+    }
+    // Frames of a path are one case, and its worst frame counts; pools are cases of their technique.
+    let columns = &table.tables[0].columns;
+    let cases = [
+        "technique",
+        "stack, count 8",
+        "stack, count 8, pool 50 %, drops",
+        "stack, count 8, shuffle 1",
+        "stack, count 9000",
+        "shells, drift, frames",
+        "nonfinite, kind removed",
+        "nonfinite, kind nan",
+        "nonfinite, kind huge",
+    ];
+    assert_eq!(columns, &cases);
+    let row = |name: &str| {
+        let mut rows = table.tables[0].rows.iter();
+        let row = rows.find(|row| row[0].text == name).unwrap_or_else(|| panic!("{name}"));
+        row.iter().skip(1).map(|value| value.text.as_str()).collect::<Vec<_>>()
+    };
+    let sorted = row("linked_list/bma-list/insertion/compute");
+    assert_eq!(sorted[..4], ["right", "varies 31 px", "right", "refused [1]"]);
+    let weighted = row("weighted");
+    assert_eq!((weighted[0], weighted[4]), ("off 20 px, 0.125", "flickers 7 px, 0.125"));
+    assert_eq!(row("hybrid")[4], "steady 0.002");
+    assert_eq!(row("depth_peel")[0], "broke [2]");
+    assert_eq!(row("depth_peel")[3], "wrong 5 px, 0.750 [3]");
+    let markdown = table.markdown();
+    for reason in ["[1] 9000 fragments on one pixel.", "[2] the worker", "[3] 5 wrong pixels."] {
+        assert!(markdown.contains(reason), "{reason}");
+    }
+    assert!(markdown.contains("**lost 6 px, 0.500**") && !markdown.contains("**off"));
+    // Wrong, lost, not finite and varying: their pictures were kept.
+    assert_eq!(breaks.csv.rows.len(), 4);
+    for figure in FIGURES.iter().filter(|figure| figure.name() != "stability") {
+        assert!(figure.draw(&tables).unwrap().is_empty(), "{}", figure.name());
+    }
+    // A right picture that is damaged is said to be.
+    let images = root.path().join("stability").join("images");
+    let right = fs::read_dir(&images).unwrap().map(|entry| entry.unwrap().path());
+    let right = right.into_iter().find(|path| path.to_string_lossy().ends_with(".right.png"));
+    fs::write(right.unwrap(), b"\x89PNG no more").unwrap();
+    assert!(matches!(figure.draw(&tables), Err(FigureError::Sidecar { .. })));
+    fs::remove_dir_all(images).unwrap();
+    assert_eq!(figure.draw(&tables).unwrap().len(), 1);
 }
 
 #[test]

@@ -239,6 +239,36 @@ fn captures_agree_with_each_other_and_with_the_cpu() {
     });
 }
 
+/// Of a mesh with vertices that are not finite, every pass of every device sees what the CPU rasteriser
+/// does: the triangles that are whole.
+#[test]
+fn triangles_that_are_not_finite_are_not_drawn() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/nonfinite.toml");
+    let size = (61, 47);
+    on_every_device("triangles that are not finite", |device| {
+        let scene = |kind: &str| {
+            let overrides = BTreeMap::from([("kind".to_owned(), toml::Value::from(kind))]);
+            oit_scene::load(&path, &overrides).expect("a scene of this repository")
+        };
+        let whole = scene("removed");
+        let camera = whole.views[0].camera;
+        let right = rasterize(&whole.mesh, &whole.shading, &camera, size.0, size.1);
+        assert!(right.fragments().len() > 1000);
+        for kind in ["nan", "infinite", "negative_infinite", "huge"] {
+            let mesh = scene(kind).mesh;
+            assert_eq!(rasterize(&mesh, &whole.shading, &camera, size.0, size.1), right, "{kind}");
+            let geometry = Geometry::new(&mesh, &whole.shading, &camera, size.0, size.1);
+            let view = View::new(device, &geometry, size);
+            for capture in supported(device) {
+                let name = format!("{}, {kind}, {}", capture.name(), device.info().id);
+                let Ran { lfb, .. } = run(device, capture, &view, view.slots(capture));
+                assert!(lfb.counts().eq(view.counts.iter().copied()), "{name}: counts");
+                assert!(lfb.counts().eq(right.counts()), "{name}: other triangles are drawn");
+            }
+        }
+    });
+}
+
 /// A triangle as the camera sees it.
 struct OnScreen {
     /// How much its depth changes from pixel to pixel at most, along x plus along y.

@@ -315,6 +315,7 @@ fn verify(probe: &ArrayProbe, picture: &[u8], again: &[u8]) -> Verification {
         predicted_ns: None,
         ssim: None,
         flip: None,
+        stability: None,
     }
 }
 

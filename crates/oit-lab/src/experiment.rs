@@ -89,6 +89,15 @@ pub struct Profile {
     /// or more of a cell at 1920x1080.
     #[serde(default)]
     pub perceptual: bool,
+    /// How often a frame is run again after it was compared, to see whether its picture stays
+    /// ([`oit_record::Stability`]). Where it is not given a frame is repeated once, and neither hashes
+    /// nor changes from view to view are recorded.
+    #[serde(default)]
+    pub repeats: Option<u32>,
+    /// Whether pictures are kept of cells that break ([`oit_record::Verification::breaks`]), with the
+    /// right ones.
+    #[serde(default)]
+    pub keep_breaks: bool,
     /// How frames of camera paths are run.
     #[serde(default)]
     pub path: PathProfile,
@@ -325,6 +334,9 @@ impl Experiment {
             }
             if profile.samples == 0 || profile.timeout_s == 0 {
                 return Err(invalid("a profile needs samples and a timeout_s above 0"));
+            }
+            if profile.repeats.is_some_and(|repeats| !(1..=1000).contains(&repeats)) {
+                return Err(invalid("a profile's `repeats` lie between 1 and 1000"));
             }
             if profile.path.frames == Some(0) || profile.path.full_every == Some(0) {
                 return Err(invalid("`path.frames` and `path.full_every` are above 0"));

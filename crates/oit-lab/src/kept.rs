@@ -42,15 +42,7 @@ pub(crate) fn keep(
     right: &[[f64; 4]],
     counts: &[u32],
 ) -> Result<(), ImageError> {
-    if let Some(folder) = stem.parent() {
-        // Where this fails, so does the write, and says why.
-        let _ = std::fs::create_dir_all(folder);
-    }
-    let path = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
+    let path = |ending: &str| beside(stem, ending);
     let picture = path(".picture.png");
     smallest_blocks(image, &picture, |side| write_png(&picture, &mean(image, side), WHITE))?;
     let error = path(".error.png");
@@ -63,6 +55,31 @@ pub(crate) fn keep(
     })?;
     let window = Window::densest(counts, image.width, DETAIL_PX.0, DETAIL_PX.1);
     write_png(&path(".detail.png"), &cut(image, window), WHITE)
+}
+
+/// Writes two files: `.picture.png`, as [`keep`] does, and `.right.png`, the right picture, likewise.
+///
+/// # Errors
+/// Where a file cannot be written, or the pictures are not of one size.
+pub(crate) fn keep_break(stem: &Path, image: &Image, right: &[[f64; 4]]) -> Result<(), ImageError> {
+    let right = right.iter().map(|pixel| pixel.map(|channel| channel as f32)).collect();
+    let right = Image { pixels: right, ..*image };
+    for (image, ending) in [(image, ".picture.png"), (&right, ".right.png")] {
+        let path = beside(stem, ending);
+        smallest_blocks(image, &path, |side| write_png(&path, &mean(image, side), WHITE))?;
+    }
+    Ok(())
+}
+
+/// A file of a cell, whose folder is made.
+fn beside(stem: &Path, ending: &str) -> PathBuf {
+    if let Some(folder) = stem.parent() {
+        // Where this fails, so does the write, and says why.
+        let _ = std::fs::create_dir_all(folder);
+    }
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
 }
 
 /// Writes with blocks of 1, 2, 3 and so on pixels a side until the file is small enough.
@@ -163,6 +180,30 @@ mod tests {
             let most = if ending == "detail" { 3 * 240 * 150 + 2000 } else { MOST_BYTES };
             assert!(bytes > 100 && bytes <= most, "{ending}: {bytes}");
         }
+    }
+
+    #[test]
+    fn of_a_break_the_right_picture_is_kept_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let stem = folder.path().join("images").join("a_b");
+        let pixels = vec![[1.0, 0.0, 0.0, 1.0], [f32::NAN, 0.0, 0.0, 1.0]];
+        let image = Image { width: 2, height: 1, pixels };
+        keep_break(&stem, &image, &[[0.0, 1.0, 0.0, 1.0], [0.0; 4]]).unwrap();
+        let read = |ending: &str| {
+            let file = folder.path().join("images").join(format!("a_b.{ending}.png"));
+            std::fs::read(file).unwrap()
+        };
+        // The same pixels by hand: red and the colour of what is not finite, green and white.
+        let by_hand = |name: &str, pixels: Vec<[f32; 4]>| {
+            let path = folder.path().join(name);
+            write_png(&path, &Image { width: 2, height: 1, pixels }, WHITE).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        let [red, green, magenta] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]]
+            .map(|[r, g, b]: [f32; 3]| [r, g, b, 1.0]);
+        assert_eq!(read("picture"), by_hand("picture", vec![red, magenta]));
+        assert_eq!(read("right"), by_hand("right", vec![green, [0.0; 4]]));
+        assert_eq!(std::fs::read_dir(folder.path().join("images")).unwrap().count(), 2);
     }
 
     #[test]

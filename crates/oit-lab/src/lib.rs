@@ -17,6 +17,7 @@ mod kept;
 mod method;
 pub mod provenance;
 mod runner;
+mod stability;
 mod stored;
 mod technique;
 mod tune;

@@ -161,6 +161,8 @@ pub fn run(
         setup,
         samples: experiment.profile(setup.profile).samples,
         perceptual: experiment.profile(setup.profile).perceptual,
+        repeats: experiment.profile(setup.profile).repeats,
+        keep_breaks: experiment.profile(setup.profile).keep_breaks,
         warmup_ms: experiment.profile(setup.profile).warmup_ms,
         frame_warmup_ms: experiment.profile(setup.profile).path.warmup_ms,
         warm: None,
@@ -262,6 +264,10 @@ struct Session<'a> {
     setup: &'a Setup,
     samples: u32,
     perceptual: bool,
+    /// How often a frame is repeated to see whether its picture stays.
+    repeats: Option<u32>,
+    /// Whether pictures are kept of cells that break.
+    keep_breaks: bool,
     warmup_ms: u64,
     /// Of a frame of a camera path that follows another.
     frame_warmup_ms: Option<u64>,
@@ -440,9 +446,11 @@ impl Session<'_> {
         let check = if self.cells[cell].in_full { Check::All } else { Check::Picture };
         let check = self.states[cell].verdict.is_none().then_some(check);
         let keep = self.cells[cell].keep_images;
-        let images = keep.then(|| kept::stem(&self.setup.out, &self.cells[cell].cell));
-        let perceptual = self.perceptual;
-        let request = Request::Prepare { cell, technique, check, perceptual, images };
+        let stem = || kept::stem(&self.setup.out, &self.cells[cell].cell);
+        let (images, breaks) = (keep.then(stem), self.keep_breaks.then(stem));
+        let (perceptual, repeats) = (self.perceptual, self.repeats);
+        let request =
+            Request::Prepare { cell, technique, check, perceptual, repeats, images, breaks };
         let reply = client.ask(&request, self.timeout);
         match reply {
             Ok(Reply::Prepared(prepared)) => {

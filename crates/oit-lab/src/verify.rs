@@ -6,12 +6,13 @@ use std::collections::HashMap;
 use oit_capture::Accuracy;
 use oit_fragments::{Lfb, MultisetDifference, Ties, oracle};
 use oit_image::{Difference, Image, compare};
-use oit_record::{Verdict, Verification};
+use oit_record::{Stability, Verdict, Verification};
 use serde::{Deserialize, Serialize};
 
 use crate::assemble::{array, intervals, rewrites, sort_spec};
 use crate::engine::{CellError, Engine, Preparation, Ready};
 use crate::method::MethodChoice;
+use crate::stability::repeat;
 use crate::technique::{IntervalChoice, PoolPolicy, Schedule, Sorted, Technique};
 
 /// How far a colour channel of an exact technique may be from the oracle. Its arithmetic is single
@@ -50,6 +51,7 @@ pub struct Verifier {
     /// Where any fragments share a depth, once a method asked.
     shared: OnceCell<Tied>,
     captures: HashMap<(&'static str, Schedule, IntervalChoice, u64), MultisetDifference>,
+    repeats: Option<u32>,
 }
 
 impl Verifier {
@@ -72,7 +74,13 @@ impl Verifier {
             shared: OnceCell::new(),
             reference,
             captures: HashMap::new(),
+            repeats: None,
         })
+    }
+
+    /// From here on a frame is repeated so often, and what that told is recorded; `None` for once.
+    pub fn repeat(&mut self, repeats: Option<u32>) {
+        self.repeats = repeats;
     }
 
     /// The reference capture.
@@ -156,8 +164,7 @@ impl Verifier {
             }
             _ => None,
         };
-        let repeat_differs_px =
-            all_checked.then(|| repeat_differs_px(engine, ready, &image)).transpose()?;
+        let repeated = self.repeated(all_checked, engine, ready, &image)?;
         let all = difference(&image, &self.picture)?;
         let depth_only = technique.ties == Ties::Depth;
         let decisive = if depth_only
@@ -197,7 +204,8 @@ impl Verifier {
             fragments_extra: fragments.extra,
             fragments_compared: all_checked,
             tied_px: if depth_only { self.tied.count_px } else { 0 },
-            repeat_differs_px,
+            repeat_differs_px: repeated.differs_px,
+            stability: repeated.stability,
             ..verification(verdict, &all, preparation)
         })
     }
@@ -211,8 +219,7 @@ impl Verifier {
         preparation: &Preparation,
     ) -> Result<Verification, CellError> {
         let image = engine.picture(ready)?;
-        let repeat_differs_px =
-            (check == Check::All).then(|| repeat_differs_px(engine, ready, &image)).transpose()?;
+        let repeated = self.repeated(check == Check::All, engine, ready, &image)?;
         let all = difference(&image, &self.picture)?;
         let mut tied_px = 0;
         let (verdict, note) = match choice.accuracy(&self.reference.histogram()) {
@@ -238,9 +245,26 @@ impl Verifier {
             note,
             fragments_compared: false,
             tied_px,
-            repeat_differs_px,
+            repeat_differs_px: repeated.differs_px,
+            stability: repeated.stability,
             ..verification(verdict, &all, preparation)
         })
+    }
+
+    /// Runs a frame again where it is compared in all, or where that is asked for.
+    fn repeated(
+        &self,
+        all_checked: bool,
+        engine: &mut dyn Engine,
+        ready: Ready,
+        image: &Image,
+    ) -> Result<Repeated, CellError> {
+        let Some(repeats) = self.repeats.or(all_checked.then_some(1)) else {
+            return Ok(Repeated::default());
+        };
+        let (differs_px, stability) = repeat(engine, ready, image, repeats)?;
+        let stability = self.repeats.is_some().then_some(stability);
+        Ok(Repeated { differs_px: Some(differs_px), stability })
     }
 
     /// How its capture differs from the reference. Techniques with the same capture passes share
@@ -318,6 +342,13 @@ struct Inexact {
     bound: Option<f64>,
 }
 
+/// What repeating a frame told.
+#[derive(Default)]
+struct Repeated {
+    differs_px: Option<u64>,
+    stability: Option<Stability>,
+}
+
 /// What is recorded of any technique; of its fragments, as if they were equal and compared.
 fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -> Verification {
     Verification {
@@ -344,19 +375,8 @@ fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -
         predicted_ns: None,
         ssim: None,
         flip: None,
+        stability: None,
     }
-}
-
-/// Runs again, and counts the pixels that differ from `image` in any bit.
-fn repeat_differs_px(
-    engine: &mut dyn Engine,
-    ready: Ready,
-    image: &Image,
-) -> Result<u64, CellError> {
-    engine.run(ready)?;
-    let again = engine.picture(ready)?;
-    let pairs = image.pixels.iter().zip(&again.pixels);
-    Ok(pairs.filter(|(a, b)| bits(**a) != bits(**b)).count() as u64)
 }
 
 fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError> {
@@ -377,12 +397,7 @@ fn off(difference: &Difference) -> String {
     )
 }
 
-/// A pixel bit by bit, for comparing runs: not a number equals itself here.
-fn bits(pixel: [f32; 4]) -> [u32; 4] {
-    pixel.map(f32::to_bits)
-}
-
 /// JSON has no infinity: a picture that is not finite has the largest error there is.
-fn finite(error: f64) -> f64 {
+pub(crate) fn finite(error: f64) -> f64 {
     error.min(f64::MAX)
 }

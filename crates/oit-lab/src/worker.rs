@@ -15,6 +15,7 @@ use crate::engine::{
 };
 use crate::experiment::Overrides;
 use crate::kept;
+use crate::stability::{Changes, sequence};
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
 use crate::tuner::Tuner;
@@ -43,8 +44,12 @@ pub(crate) enum Request {
         check: Option<Check>,
         /// Whether what an eye makes of its errors is computed too, if it is compared and has some.
         perceptual: bool,
+        /// How often it is repeated to see whether its picture stays, if it is compared.
+        repeats: Option<u32>,
         /// Where its pictures are kept once it is compared, if they are: see [`kept::keep`].
         images: Option<PathBuf>,
+        /// Where its picture and the right one are kept if it breaks: see [`kept::keep_break`].
+        breaks: Option<PathBuf>,
     },
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
@@ -121,7 +126,9 @@ impl Spent {
 struct Asked<'a> {
     check: Option<Check>,
     perceptual: bool,
+    repeats: Option<u32>,
     images: Option<&'a Path>,
+    breaks: Option<&'a Path>,
 }
 
 #[derive(Default)]
@@ -131,6 +138,7 @@ struct Worker {
     view: Option<(DepthHistogram, FrameSize)>,
     scene: Option<((PathBuf, String), oit_scene::Scene)>,
     verifier: Option<Verifier>,
+    changes: Changes,
     ready: HashMap<usize, Ready>,
     spent: Spent,
 }
@@ -221,8 +229,9 @@ impl Worker {
                 let size = FrameSize { width_px, height_px };
                 self.view(&(scene, overrides), &view, size, counts.as_deref())
             }
-            Request::Prepare { cell, technique, check, perceptual, images } => {
-                let asked = Asked { check, perceptual, images: images.as_deref() };
+            Request::Prepare { cell, technique, check, perceptual, repeats, images, breaks } => {
+                let (images, breaks) = (images.as_deref(), breaks.as_deref());
+                let asked = Asked { check, perceptual, repeats, images, breaks };
                 let prepared = self.prepare(cell, &technique, asked)?;
                 Ok(Reply::Prepared(Box::new(prepared)))
             }
@@ -293,6 +302,7 @@ impl Worker {
                 .map_err(|error| CellError::Failed(error.to_string()))?;
         }
         self.verifier = Some(verifier);
+        self.changes.open(sequence(key, view, size));
         self.view = Some((histogram.clone(), size));
         self.spent.verify_ms += ms(started);
         Ok(Reply::Counted { triangles, histogram: histogram.pixels })
@@ -334,12 +344,21 @@ impl Worker {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
         let verification = match (asked.check, &mut self.verifier, &mut self.engine) {
             (Some(check), Some(verifier), Some(engine)) => {
+                verifier.repeat(asked.repeats);
                 let mut result =
                     verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?;
                 if asked.perceptual && result.verdict == Verdict::Approximate {
                     let seen = oit_image::perceptual(&engine.picture(ready)?, verifier.picture())
                         .map_err(|error| CellError::Failed(error.to_string()))?;
                     (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
+                }
+                if let Some(stability) = &mut result.stability {
+                    let (picture, right) = (engine.picture(ready)?, verifier.picture());
+                    stability.change = self.changes.next(technique, &picture, right);
+                }
+                if let Some(stem) = asked.breaks.filter(|_| result.breaks()) {
+                    kept::keep_break(stem, &engine.picture(ready)?, verifier.picture())
+                        .map_err(|error| CellError::Failed(error.to_string()))?;
                 }
                 if let Some(stem) = asked.images {
                     let counts: Vec<u32> = verifier.reference().counts().collect();

@@ -206,6 +206,19 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
 }
 
 #[test]
+fn a_frame_is_repeated_as_often_as_is_sensible() {
+    let parse = |repeats: i64| {
+        let text = HEAD.replace("samples = 2", &format!("samples = 2\nrepeats = {repeats}"));
+        Experiment::parse(Path::new("x.toml"), text + "[[sweep]]\nviews = []\n")
+    };
+    let repeats = |name| parse(20).expect("a good experiment").profile(name).repeats;
+    assert_eq!((repeats(ProfileName::Quick), repeats(ProfileName::Full)), (Some(20), None));
+    for wrong in [0, 1001, -1] {
+        parse(wrong).expect_err("it is refused");
+    }
+}
+
+#[test]
 fn every_experiment_of_the_repository_expands_in_both_profiles() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments");
     let experiments = list_experiments(Path::new(folder)).expect("they load");

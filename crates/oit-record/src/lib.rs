@@ -10,5 +10,7 @@ mod subject;
 pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
 pub use program::{Executable, Program, Statistic, StatisticValue};
-pub use schema::{Cell, Event, Host, Run, SCHEMA_VERSION, Verdict, Verification};
+pub use schema::{
+    Cell, Change, Event, Host, LOST, Run, SCHEMA_VERSION, Stability, Verdict, Verification,
+};
 pub use subject::{Conformance, Subject, SubjectPart};

@@ -226,6 +226,54 @@ pub struct Verification {
     /// `ssim` is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flip: Option<f64>,
+    /// Whether the picture stays, where the experiment asks for it (`repeats`); else `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Stability>,
+}
+
+/// A picture whose largest error is no less than this is lost: half of what a channel can hold. So is one
+/// that is not finite.
+pub const LOST: f64 = 0.5;
+
+impl Verification {
+    /// Whether the picture broke: it is not what it must be, or is lost, or is not the same in every
+    /// run. That an approximate one is off, but not lost, is no break.
+    #[must_use]
+    pub fn breaks(&self) -> bool {
+        let varies = self.stability.as_ref().is_some_and(|stability| stability.pictures > 1);
+        self.verdict == Verdict::Wrong || varies || self.max_error >= LOST
+    }
+}
+
+/// Whether a technique's picture stays: over runs of one frame, and on the way to the next.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stability {
+    /// Runs of the frame whose pictures were compared bit by bit, the verified one among them.
+    pub runs: u32,
+    /// How many different pictures these gave: 1 where all are the same.
+    pub pictures: u32,
+    /// FNV-1a hash, of 64 bits in 16 hexadecimal digits, of the verified picture's bytes: equal for
+    /// equal pictures, also of other runs and devices.
+    pub hash: String,
+    /// How its picture changed from the view before, beside the right one. `None` where the view before
+    /// was not of the same sequence: frames of one camera path, or one view of a scene whose triangles
+    /// are submitted in another order; or where it had no picture there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<Change>,
+}
+
+/// The change of a technique's picture from one view to the next minus the change of the right one, by
+/// pixel and colour channel. A technique whose error stays where it is has none.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Change {
+    /// Pixels on which it is more than 1/255 in some channel.
+    pub px: u64,
+    /// The largest, of a colour channel (0 to 1).
+    pub max: f64,
+    /// Root mean square over all pixels and colour channels.
+    pub rms: f64,
 }
 
 /// What a record says that does not say whether fragments were compared: they were.

@@ -13,8 +13,12 @@ use crate::scene::FRAME_MARK;
 use crate::{
     Camera, CameraPath, Coloring, Fault, GENERATORS, Generator, Mesh, Parameter, Params, Problem,
     Projection, SPHERE_GENERATORS, Scene, SceneError, Shading, SphereGenerator, Splitting, Stripes,
-    StructureOptions, View, import, parse_toml,
+    StructureOptions, View, import, parse_toml, shuffle_triangles,
 };
+
+/// The override that every scene of a mesh has: a seed, with which its triangles are submitted in a
+/// random order ([`shuffle_triangles`]). Without it they keep their own.
+pub const SHUFFLE: &str = "shuffle";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -136,20 +140,21 @@ enum Source {
 struct Checked {
     about: String,
     source: Source,
+    shuffle: Option<u64>,
     shading: Shading,
     views: Vec<View>,
     paths: Vec<(String, CameraPath)>,
 }
 
 /// Reads a scene file and makes its mesh or spheres. `overrides` replace generator parameters: experiments
-/// vary them.
+/// vary them. One more, [`SHUFFLE`], every scene of a mesh has.
 ///
 /// # Errors
 /// [`SceneError::Fault`] for a mistake in the file or in an override, with line, word and the
 /// nearest valid words; [`SceneError::MissingAsset`], [`SceneError::Import`],
 /// [`SceneError::Generate`] and [`SceneError::Io`].
 pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, SceneError> {
-    let Checked { about, source, shading, views, paths } = check(path, overrides)?;
+    let Checked { about, source, shuffle, shading, views, paths } = check(path, overrides)?;
     let generated = |source| SceneError::Generate { path: path.to_owned(), source };
     let find = |asset: PathBuf| {
         find_asset(path, &asset)
@@ -176,6 +181,9 @@ pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, S
                 .map_err(|source| SceneError::Import { path: found, source })?;
             spheres = Some(Arc::new(structure));
         }
+    }
+    if let Some(seed) = shuffle {
+        mesh = shuffle_triangles(&mesh, seed);
     }
     let mesh = Arc::new(mesh);
     Ok(Scene { name: stem(path), about, mesh, spheres, shading, views, paths })
@@ -254,6 +262,15 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         return Err(invalid(file.about.span(), "`about` must say what the scene is").into());
     }
 
+    let unplaced = |problem| Fault { path: path.to_owned(), line: None, problem };
+    let mut overrides = overrides.clone();
+    let shuffle = overrides.remove(SHUFFLE).map(|value| seed(&value)).transpose();
+    let shuffle = shuffle.map_err(unplaced)?;
+    if shuffle.is_some() && file.mesh.is_none() {
+        let sentence = format!("`{SHUFFLE}` is for triangles, and this scene has none");
+        return Err(unplaced(Problem::Invalid(sentence)).into());
+    }
+
     // The values of a generator's parameters: what the file says, then the overrides.
     let params = |declared: &'static [Parameter], given: Parameters| -> Result<Params, Fault> {
         let mut params = Params::new(declared);
@@ -262,23 +279,18 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
                 .set(key.get_ref(), value.get_ref())
                 .map_err(|problem| fault(key.span(), problem))?;
         }
-        for (key, value) in overrides {
-            params.set(key, value).map_err(|problem| Fault {
-                path: path.to_owned(),
-                line: None,
-                problem,
-            })?;
+        for (key, value) in &overrides {
+            params.set(key, value).map_err(unplaced)?;
         }
         Ok(params)
     };
     // What is imported has none.
-    let no_params = |given: Parameters| -> Result<(), Fault> {
+    let no_params = |given: Parameters, valid: &[&str]| -> Result<(), Fault> {
         if let Some((key, _)) = given.first_key_value() {
             return Err(invalid(key.span(), "`parameters` go with `generator` only"));
         }
         overrides.keys().next().map_or(Ok(()), |key| {
-            let problem = Problem::unknown("parameter", key, []);
-            Err(Fault { path: path.to_owned(), line: None, problem })
+            Err(unplaced(Problem::unknown("parameter", key, valid.iter().copied())))
         })
     };
     let unknown = |name: &Spanned<String>, names: Vec<&str>| {
@@ -302,7 +314,7 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
                     Source::Generate(*generator, params(generator.parameters(), mesh.parameters)?)
                 }
                 (None, Some(asset)) => {
-                    no_params(mesh.parameters)?;
+                    no_params(mesh.parameters, &[SHUFFLE])?;
                     Source::Import(asset, mesh.rgba.unwrap_or([255; 4]))
                 }
                 _ => {
@@ -330,7 +342,7 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
                     Source::GenerateSpheres(*generator, params)
                 }
                 (None, Some(asset)) => {
-                    no_params(parameters)?;
+                    no_params(parameters, &[])?;
                     let options = StructureOptions {
                         colors: colors.unwrap_or_default(),
                         objects: objects.unwrap_or_default(),
@@ -393,7 +405,17 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         let folder = path.parent().unwrap_or(Path::new(""));
         paths.push((name, CameraPath::load(&folder.join(beside))?));
     }
-    Ok(Checked { about: file.about.into_inner(), source, shading, views, paths })
+    Ok(Checked { about: file.about.into_inner(), source, shuffle, shading, views, paths })
+}
+
+/// A seed, as generators take them.
+fn seed(value: &Value) -> Result<u64, Problem> {
+    let seed = value.as_integer().and_then(|seed| u32::try_from(seed).ok());
+    let invalid = || {
+        let most = u32::MAX;
+        Problem::Invalid(format!("`{SHUFFLE}` is a whole number from 0 to {most}, not {value}"))
+    };
+    seed.map(u64::from).ok_or_else(invalid)
 }
 
 fn check_shading(shading: &ShadingFile) -> Result<Shading, &'static str> {

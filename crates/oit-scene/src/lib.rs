@@ -25,7 +25,7 @@ mod spheres;
 pub use camera::{Camera, Projection};
 pub use detail::{DETAIL_PIXELS, pixels_at_one};
 pub use fault::{Fault, Problem, parse_toml};
-pub use file::{Asset, PathEntry, SceneEntry, list, load};
+pub use file::{Asset, PathEntry, SHUFFLE, SceneEntry, list, load};
 pub use generate::{GENERATORS, GenerateError, Generator, SPHERE_GENERATORS, SphereGenerator};
 pub use import::{Coloring, ImportError, Splitting, StructureOptions};
 pub use mesh::{MAX_TRIANGLES, Mesh, Vertex, shuffle_triangles};

@@ -34,7 +34,9 @@ fn assert_sound(name: &str, mesh: &Mesh) {
     assert!(mesh.indices.len().is_multiple_of(3), "{name}");
     assert!(mesh.indices.iter().all(|i| (*i as usize) < mesh.vertices.len()), "{name}");
     for vertex in &mesh.vertices {
-        assert!(vertex.position.iter().all(|x| x.is_finite()), "{name} {vertex:?}");
+        // What it is for.
+        let damaged = name.starts_with("nonfinite");
+        assert!(damaged || vertex.position.iter().all(|x| x.is_finite()), "{name} {vertex:?}");
         let length = vertex.normal.iter().map(|n| n * n).sum::<f32>().sqrt();
         assert!((length - 1.0).abs() < 1e-4, "{name} {vertex:?}");
     }
@@ -61,12 +63,18 @@ fn names_and_documentation() {
     }
 }
 
+/// A mesh bit by bit: a damaged one has vertices that equal nothing, not even themselves.
+fn bits(mesh: &Mesh) -> (&[u8], &[u32]) {
+    (bytemuck::cast_slice(&mesh.vertices), &mesh.indices)
+}
+
 #[test]
 fn pure_functions_of_their_parameters() {
     for generator in GENERATORS {
         let mut params = Params::new(generator.parameters());
         let first = generator.generate(&params).unwrap();
-        assert!(first == generator.generate(&params).unwrap(), "{}", generator.name());
+        let again = generator.generate(&params).unwrap();
+        assert!(bits(&first) == bits(&again), "{}", generator.name());
         assert_sound(generator.name(), &first);
         if generator.parameters().iter().any(|p| p.name == "seed") {
             // A stack draws at random for one order only.
@@ -148,6 +156,50 @@ fn documented_counts() {
     assert_eq!(count("smoke", &[]), 13_468);
     assert_eq!(count("powerplant", &[]), 848_780);
     assert_eq!(count("powerplant", &[("detail", 0.001.into())]), 290_336);
+    assert_eq!(count("coplanar", &[]), 8 * 2);
+    assert_eq!(count("nonfinite", &[]), 8 * 2);
+    assert_eq!(count("nonfinite", &[("kind", "removed".into())]), 8 + 4);
+    assert_eq!(count("stack", &[("count", 10_000.into()), ("tessellation", 2.into())]), 80_000);
+}
+
+#[test]
+fn coplanar_rectangles_lie_in_one_plane() {
+    let normal = |mesh: &Mesh| glam::Vec3::from(mesh.vertices[0].normal).as_dvec3();
+    let mesh = generate("coplanar", &[]).unwrap();
+    let along = |mesh: &Mesh, i: usize| {
+        normal(mesh).dot(glam::Vec3::from(mesh.vertices[i].position).as_dvec3())
+    };
+    // Rounding only; the plane is tilted, so that depths are not all the same.
+    assert!((0..mesh.vertices.len()).all(|i| along(&mesh, i).abs() < 1e-6));
+    assert!(normal(&mesh).z.abs() < 0.8, "{}", normal(&mesh));
+    let apart = generate("coplanar", &[("gap", 0.125.into())]).unwrap();
+    for rectangle in 0..8 {
+        let distance = along(&apart, 4 * rectangle).abs();
+        assert!((distance - 0.125 * rectangle as f64).abs() < 1e-6, "{rectangle}: {distance}");
+    }
+}
+
+#[test]
+fn every_other_square_has_a_damaged_vertex() {
+    let of = |kind: &str| generate("nonfinite", &[("kind", kind.into())]).unwrap();
+    let (removed, finite) = (of("removed"), |v: f32| v.is_finite());
+    assert!(removed.vertices.iter().flat_map(|v| v.position).all(finite));
+    type Is = fn(f32) -> bool;
+    let kinds: [(&str, Is); 4] = [
+        ("nan", f32::is_nan),
+        ("infinite", |x| x == f32::INFINITY),
+        ("negative_infinite", |x| x == f32::NEG_INFINITY),
+        ("huge", |x| x == f32::MAX),
+    ];
+    for (kind, is) in kinds {
+        let mesh = of(kind);
+        let damaged = |t: &[u32; 3]| t.iter().any(|&i| is(mesh.vertices[i as usize].position[0]));
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        assert_eq!(triangles.iter().filter(|t| damaged(t)).count(), 4, "{kind}");
+        // Without these it is the mesh that has them removed.
+        let whole: Vec<u32> = triangles.iter().filter(|t| !damaged(t)).flatten().copied().collect();
+        assert_eq!(whole, removed.indices, "{kind}");
+    }
 }
 
 #[test]

@@ -22,12 +22,16 @@ fn every_scene_file_loads() {
         names,
         [
             "atrium",
+            "coplanar",
             "cyclic",
             "dragon",
             "grid",
             "hairball",
             "helix",
             "intersecting",
+            "near_far",
+            "near_plane",
+            "nonfinite",
             "planes",
             "planes2",
             "powerplant",
@@ -78,7 +82,31 @@ fn overrides_replace_parameters() {
     assert!(error.ends_with("parameter `layers` must be a whole number, found: string"), "{error}");
     let dragon = scenes().join("dragon.toml");
     let error = load(&dragon, &overrides(&[("layers", 3.into())])).unwrap_err().to_string();
-    assert!(error.ends_with("unknown parameter `layers`, none is valid here"), "{error}");
+    assert!(error.ends_with("unknown parameter `layers`, valid: `shuffle`"), "{error}");
+}
+
+#[test]
+fn triangles_of_any_scene_are_submitted_in_another_order() {
+    let path = scenes().join("shells.toml");
+    let plain = load(&path, &BTreeMap::new()).unwrap().mesh;
+    let shuffled = |seed: u32| load(&path, &overrides(&[("shuffle", seed.into())])).unwrap().mesh;
+    assert_eq!(*shuffled(0), oit_scene::shuffle_triangles(&plain, 0));
+    assert_ne!(*shuffled(0), *plain);
+    assert_ne!(*shuffled(0), *shuffled(1));
+    // Beside other parameters it is one more.
+    let both = overrides(&[("shuffle", 1.into()), ("count", 2.into())]);
+    assert_eq!(load(&path, &both).unwrap().mesh.triangle_count(), plain.triangle_count() / 5 * 2);
+    for value in [toml::Value::from(-1), 1.5.into(), "x".into(), (1_i64 << 32).into()] {
+        let error = load(&path, &overrides(&[("shuffle", value.clone())])).unwrap_err().to_string();
+        let what = format!("`shuffle` is a whole number from 0 to 4294967295, not {value}");
+        assert!(error.ends_with(&what), "{error}");
+    }
+    let spheres = load(&scenes().join("sphere_stack.toml"), &overrides(&[("shuffle", 1.into())]));
+    let error = spheres.unwrap_err().to_string();
+    assert!(error.ends_with("`shuffle` is for triangles, and this scene has none"), "{error}");
+    // No generator has a parameter of that name, which it would never get.
+    let all = oit_scene::GENERATORS.iter().flat_map(|generator| generator.parameters());
+    assert!(all.into_iter().all(|parameter| parameter.name != oit_scene::SHUFFLE));
 }
 
 #[test]
@@ -194,7 +222,7 @@ fn every_mistake_is_named_with_its_line() {
         ),
         ("count = 2", "cuont = 2", ":5: unknown parameter `cuont`, the nearest valid: `count`"),
         ("count = 2", "count = 2.5", ":5: parameter `count` must be a whole number, found: float"),
-        ("count = 2", "count = -2", ":5: parameter `count` must be from 0 to 4096, not -2"),
+        ("count = 2", "count = -2", ":5: parameter `count` must be from 0 to 16384, not -2"),
         ("count = 2", "shape = \"cube\"", ":5: unknown word `cube`, valid: `square`, `sphere`"),
         (
             "ambient = 0.25",

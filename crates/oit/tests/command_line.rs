@@ -260,6 +260,81 @@ fn a_plan_is_printed_without_a_device() {
     }
 }
 
+/// Whether pictures stay: an experiment that asks for it gets hashes, the change from view to view, and
+/// pictures of what breaks.
+#[test]
+fn frames_are_repeated_and_followed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let sweep = EXPERIMENT.find("[[sweep]]").expect("the cells");
+    let head = EXPERIMENT[..sweep]
+        .replace("samples = 6", "samples = 1\nrepeats = 3\nkeep_breaks = true")
+        .replace(
+            "timeout_s = 60\n[profile.full]",
+            "timeout_s = 60\npath.frames = 3\n[profile.full]",
+        );
+    let techniques = "techniques = [\"linked_list/base/insertion/compute/peak\", \
+        \"linked_list/base/passthrough/compute/peak\"]\nmethods = [\"weighted\"]\n";
+    let cells = format!(
+        "[[sweep]]\n{techniques}views = [\"stack:front\"]\n\
+         scene = [{{ alpha = 1.0 }}, {{ alpha = 1.0, shuffle = 1 }}, {{ alpha = 0.5, shuffle = 1 }}]\n\
+         [[sweep]]\n{techniques}views = [\"random_triangles:drift@*\"]\n"
+    );
+    std::fs::write(path("stays.toml"), head + &cells).expect("written");
+    ok(&["sweep", &path("stays.toml"), "--device", "cpu", "--out", &path("run")]);
+    let record = Record::read(&folder.path().join("run")).expect("a good record");
+    let results = record.events.iter().filter_map(|event| match event {
+        Event::Verified { cell, result } => Some((&record.run.cells[*cell], result)),
+        _ => None,
+    });
+    let results: Vec<_> = results.collect();
+    assert_eq!(results.len(), 3 * 3 + 3 * 3);
+    let of = |scene: &str, view: &str, technique: &str| {
+        let is = |cell: &oit_record::Cell| {
+            cell.scene == scene && cell.view == view && cell.technique.contains(technique)
+        };
+        let found = results.iter().find(|(cell, _)| is(cell));
+        let (_, result) = found.unwrap_or_else(|| panic!("{scene} {view} {technique}"));
+        (*result, result.stability.as_ref().expect("it was asked for"))
+    };
+    for (cell, result) in &results {
+        let stability = result.stability.as_ref().expect("it was asked for");
+        assert_eq!((stability.runs, stability.pictures), (4, 1), "{cell:?}");
+        assert_eq!(result.repeat_differs_px, Some(0), "{cell:?}");
+    }
+    // Another order of triangles: the same picture where fragments are sorted, another where not.
+    let (plain, shuffled) = ("stack{alpha=1.0}", "stack{alpha=1.0,shuffle=1}");
+    let hash = |scene: &str, technique: &str| of(scene, "front", technique).1.hash.clone();
+    assert_eq!(hash(plain, "insertion"), hash(shuffled, "insertion"));
+    assert_ne!(hash(plain, "passthrough"), hash(shuffled, "passthrough"));
+    let change = |scene: &str, view: &str, technique: &str| of(scene, view, technique).1.change;
+    assert_eq!(change(plain, "front", "insertion"), None);
+    let still = change(shuffled, "front", "insertion").expect("the same view came before");
+    assert_eq!((still.px, still.max), (0, 0.0));
+    let moved = change(shuffled, "front", "passthrough").expect("the same view came before");
+    assert!(moved.px > 100 && moved.max > 0.1, "{moved:?}");
+    // Another opacity is another sequence.
+    assert_eq!(change("stack{alpha=0.5,shuffle=1}", "front", "insertion"), None);
+    // Along a path the picture changes, and that of an exact technique as the right one does.
+    let frames: Vec<String> = [0, 3, 6].map(|frame| format!("drift@{frame}")).to_vec();
+    assert_eq!(change("random_triangles", &frames[0], "weighted"), None);
+    for frame in &frames[1..] {
+        let exact = change("random_triangles", frame, "insertion").expect("a frame came before");
+        assert!(exact.px == 0 && exact.max < 1e-6, "{exact:?}");
+        let weighted = change("random_triangles", frame, "weighted").expect("a frame came before");
+        assert!(weighted.px > 0 && weighted.rms > 1e-4, "{weighted:?}");
+    }
+    let hash = |frame: &str| of("random_triangles", frame, "insertion").1.hash.clone();
+    assert_ne!(hash(&frames[0]), hash(&frames[1]));
+    // Pictures are kept of what breaks, and of nothing else.
+    let broken = results.iter().filter(|(_, result)| result.breaks()).count();
+    let (lost, _) = of(plain, "front", "passthrough");
+    assert!(lost.breaks() && lost.max_error > 0.5, "{lost:?}");
+    let kept = std::fs::read_dir(folder.path().join("run/images")).expect("kept").count();
+    assert_eq!(kept, 2 * broken);
+    assert!(broken < results.len() / 2, "{broken}");
+}
+
 #[test]
 fn a_device_is_tuned_by_its_runs() {
     let folder = tempfile::tempdir().expect("a folder");

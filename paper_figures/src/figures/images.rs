@@ -44,8 +44,16 @@ pub(super) fn block_px(frame_width: u32, width: usize) -> u32 {
     (1..=frame_width).find(|&side| frame_width.div_ceil(side) <= width).unwrap_or(1)
 }
 
-/// Where a picture of a cell lies, by the ending of its name.
-fn path(run: &RunInfo, cell: &Cell, ending: &str) -> PathBuf {
+/// The picture of a cell that broke, and the right one.
+pub(super) struct BreakImages {
+    /// The picture as a whole, scaled down where it is large.
+    pub(super) picture: Rgb,
+    /// The right picture, likewise.
+    pub(super) right: Rgb,
+}
+
+/// Where a picture of a cell lies, if it was kept.
+fn path_of(run: &RunInfo, cell: &Cell, ending: &str) -> PathBuf {
     let Cell { technique, scene, view, width_px, height_px } = cell;
     let name = format!("{scene}_{view}_{width_px}x{height_px}_{technique}");
     let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' };
@@ -55,7 +63,26 @@ fn path(run: &RunInfo, cell: &Cell, ending: &str) -> PathBuf {
 
 /// Whether pictures of a cell were kept.
 pub(super) fn are_kept(run: &RunInfo, cell: &Cell) -> bool {
-    path(run, cell, "picture").exists()
+    path_of(run, cell, "picture").exists()
+}
+
+/// An RGB picture of a cell.
+fn rgb_of(run: &RunInfo, cell: &Cell, ending: &str) -> Result<Rgb, FigureError> {
+    let path = path_of(run, cell, ending);
+    let (width, bytes) = decode(path, (png::ColorType::Rgb, png::BitDepth::Eight))?;
+    Ok(Rgb { width, bytes })
+}
+
+/// The picture of a cell that broke, beside the right one, if they were kept.
+///
+/// # Errors
+/// Where a file is missing beside the other, or damaged.
+pub(super) fn read_break(run: &RunInfo, cell: &Cell) -> Result<Option<BreakImages>, FigureError> {
+    if !path_of(run, cell, "right").exists() {
+        return Ok(None);
+    }
+    let [picture, right] = [rgb_of(run, cell, "picture")?, rgb_of(run, cell, "right")?];
+    Ok(Some(BreakImages { picture, right }))
 }
 
 /// The pictures of a cell, if they were kept.
@@ -63,16 +90,12 @@ pub(super) fn are_kept(run: &RunInfo, cell: &Cell) -> bool {
 /// # Errors
 /// Where a file is missing beside the others, or damaged.
 pub(super) fn read(run: &RunInfo, cell: &Cell) -> Result<Option<Images>, FigureError> {
-    if !are_kept(run, cell) {
+    if !path_of(run, cell, "picture").exists() {
         return Ok(None);
     }
-    let path = |ending: &str| path(run, cell, ending);
-    let rgb = |ending: &str| -> Result<Rgb, FigureError> {
-        let (width, bytes) = decode(path(ending), (png::ColorType::Rgb, png::BitDepth::Eight))?;
-        Ok(Rgb { width, bytes })
-    };
+    let rgb = |ending: &str| rgb_of(run, cell, ending);
     let grey = (png::ColorType::Grayscale, png::BitDepth::Sixteen);
-    let (width, bytes) = decode(path("error"), grey)?;
+    let (width, bytes) = decode(path_of(run, cell, "error"), grey)?;
     let values = bytes.chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]])).collect();
     let error = Errors { width, values };
     Ok(Some(Images { picture: rgb("picture")?, detail: rgb("detail")?, error }))

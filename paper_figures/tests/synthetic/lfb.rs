@@ -161,6 +161,7 @@ fn verification(technique: &str, histogram: &[u64]) -> Verification {
         predicted_ns: None,
         ssim: None,
         flip: None,
+        stability: None,
     }
 }
 

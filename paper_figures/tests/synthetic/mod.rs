@@ -10,6 +10,7 @@ pub(crate) mod mechanism;
 pub(crate) mod peel;
 pub(crate) mod probe;
 pub(crate) mod rbs;
+pub(crate) mod stability;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -157,6 +158,7 @@ fn verification(technique: &str, peak: u32) -> Verification {
         predicted_ns: Some(if technique == OPTIMAL { 900.0 } else { 1000.0 }),
         ssim: None,
         flip: None,
+        stability: None,
     }
 }
 

@@ -56,6 +56,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             predicted_ns: None,
             ssim: None,
             flip: None,
+            stability: None,
             prepare_ms: 1.0,
         };
         writer.append(&Event::Verified { cell, result }).unwrap();

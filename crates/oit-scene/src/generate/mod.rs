@@ -1,10 +1,12 @@
 //! Generators: one file each, listed in [`GENERATORS`] or [`SPHERE_GENERATORS`].
 
 mod atrium;
+mod coplanar;
 mod cyclic;
 mod grid;
 mod hairball;
 mod intersecting;
+mod nonfinite;
 mod planes;
 mod powerplant;
 mod random_triangles;
@@ -44,6 +46,8 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &intersecting::Intersecting,
     &shells::Shells,
     &powerplant::PowerPlant,
+    &coplanar::Coplanar,
+    &nonfinite::Nonfinite,
 ];
 
 /// Makes spheres. A pure function of its parameters, as a [`Generator`] is.

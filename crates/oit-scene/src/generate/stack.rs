@@ -11,7 +11,7 @@ pub(super) struct Stack;
 const ORDERS: &[&str] = &["front_to_back", "back_to_front", "random"];
 
 const PARAMETERS: &[Parameter] = &[
-    Parameter::integer("count", "Squares or spheres.", 32, 0, 4096),
+    Parameter::integer("count", "Squares or spheres.", 32, 0, 16384),
     Parameter::word("shape", "What is stacked.", "square", &["square", "sphere"]),
     Parameter::number("size", "Side or diameter, world units.", 1.0, 0.0, 1e6),
     Parameter::number("gap", "Distance between centres, world units.", 0.02, 0.0, 1e6),
