@@ -29,6 +29,7 @@ pub use linked_pages::LinkedPages;
 pub const CAPTURES: &[&dyn Capture] = &[
     &LinkedList::EACH,
     &LinkedList::SUBGROUPS,
+    &LinkedList::BLEND,
     &LinkedPages::new(4),
     &LinkedPages::new(6),
     &Linearized::BLOCKS,

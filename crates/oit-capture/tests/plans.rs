@@ -62,6 +62,7 @@ fn stages_are_those_of_the_chapter() {
         ("linearized_sweep", &["clear", "count", "scan", "capture"]),
         ("linearized_lookback", &["clear", "count", "scan", "capture"]),
         ("linked_list_subgroup", &["clear", "capture"]),
+        ("linked_list_blend", &["clear", "capture", "count"]),
         ("array3d", &["clear", "capture"]),
         ("array3d_nearest", &["clear", "capture"]),
         ("linearized_nearest", &["clear", "count", "scan", "capture"]),

@@ -378,8 +378,11 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
         let reason = refuses(capture, &vec![1 << 24; 256]).expect("too many");
         assert!(reason.contains("4294967296 slots"), "{reason}");
     }
-    assert_eq!(refuses(&Linearized::BLEND, &[1 << 24]), None);
-    assert!(refuses(&Linearized::BLEND, &[(1 << 24) + 1]).is_some());
+    for capture in [&Linearized::BLEND as &dyn Capture, &LinkedList::BLEND] {
+        assert_eq!(refuses(capture, &[1 << 24]), None);
+        assert!(refuses(capture, &[(1 << 24) + 1]).is_some());
+    }
+    assert_eq!(refuses(&LinkedList::EACH, &[(1 << 24) + 1]), None);
     for capture in CAPTURES {
         assert_eq!(refuses(*capture, &[0, 1, 500, 7]), None, "{}", capture.name());
     }
