@@ -69,6 +69,12 @@ pub trait Capture: Sync {
         false
     }
 
+    /// Whether its reader meets each pixel's fragments nearest first, in their total order: they were
+    /// sorted as they were captured, and a resolve that does not sort is exact.
+    fn delivers_sorted(&self) -> bool {
+        false
+    }
+
     /// Whether its drawing pass can mark pixels ([`CaptureRequest::mark`]).
     fn marks(&self) -> bool {
         true

@@ -8,6 +8,7 @@ mod linearized;
 mod linearized_nearest;
 mod linearized_unclipped;
 mod linked_list;
+mod linked_list_sorted;
 mod linked_pages;
 mod nearest;
 mod rewrite;
@@ -23,6 +24,7 @@ pub use linearized::Linearized;
 pub use linearized_nearest::LinearizedNearest;
 pub use linearized_unclipped::LinearizedUnclipped;
 pub use linked_list::LinkedList;
+pub use linked_list_sorted::LinkedListSorted;
 pub use linked_pages::LinkedPages;
 
 /// Every capture method.
@@ -30,6 +32,7 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &LinkedList::EACH,
     &LinkedList::SUBGROUPS,
     &LinkedList::BLEND,
+    &LinkedListSorted::PATIENT,
     &LinkedPages::new(4),
     &LinkedPages::new(6),
     &Linearized::BLOCKS,

@@ -12,7 +12,8 @@ mod scan;
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
     Array3d, Array3dNearest, CAPTURES, FAULTY, Interleaved, InterleavedLists, Linearized,
-    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedPages, UnknownCapture, capture,
+    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedListSorted, LinkedPages,
+    UnknownCapture, capture,
 };
 pub use draw::count_plan;
 pub use frame::Frame;

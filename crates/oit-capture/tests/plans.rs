@@ -63,6 +63,7 @@ fn stages_are_those_of_the_chapter() {
         ("linearized_lookback", &["clear", "count", "scan", "capture"]),
         ("linked_list_subgroup", &["clear", "capture"]),
         ("linked_list_blend", &["clear", "capture", "count"]),
+        ("linked_list_sorted", &["clear", "capture"]),
         ("array3d", &["clear", "capture"]),
         ("array3d_nearest", &["clear", "capture"]),
         ("linearized_nearest", &["clear", "count", "scan", "capture"]),

@@ -121,10 +121,10 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
                 else {
                     continue;
                 };
-                let inexact =
-                    technique.sort.parts().iter().any(|part| {
-                        !part.strategy.sorts() || part.strategy.error_bound().is_some()
-                    });
+                let sorted = technique.capture.delivers_sorted();
+                let inexact = technique.sort.parts().iter().any(|part| {
+                    !(part.strategy.sorts() || sorted) || part.strategy.error_bound().is_some()
+                });
                 let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
                 ran += 1;
@@ -179,6 +179,53 @@ fn fragments_are_sorted_where_they_were_captured() {
         let technique = "linked_list/base/rbs8-global/compute/peak".parse().expect("a technique");
         let refused = engine.prepare(&technique).expect_err("it would spoil what is uploaded");
         assert!(matches!(refused, CellError::Unsupported(_)), "{refused}");
+    }
+}
+
+/// Fragments sorted as they were captured need no sort: what does not sort is judged as exact, and is
+/// found wrong where its order is.
+#[test]
+fn what_was_sorted_during_capture_is_exact_unsorted() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        engine.open_view(stack(40, SIZE)).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let mut ran = 0;
+        for capture in CAPTURES.iter().filter(|capture| capture.delivers_sorted()) {
+            for rest in [
+                "base/passthrough/compute/peak",
+                "base/unsorted/compute/peak",
+                "bma-list/passthrough/compute/peak/ties-depth",
+                "bma-stencil/passthrough/fragment/peak",
+                "base/passthrough/compute/peak/pool40",
+                "base/passthrough/compute/peak/pool40-drop",
+            ] {
+                let name = format!("{}/{rest}", capture.name());
+                let technique: Technique = name.parse().expect("a technique");
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
+                let dropped = result.fragments_missing > 0;
+                assert_eq!(dropped, rest.ends_with("drop"), "{id} {name}");
+                let expected = if dropped { Verdict::Approximate } else { Verdict::Exact };
+                assert_eq!(result.verdict, expected, "{id} {name}: {:?}", result.note);
+                assert_eq!(result.pool_grown, u32::from(rest.ends_with("pool40")), "{id} {name}");
+                ran += 1;
+            }
+            // Cut short, it is as inexact as any.
+            let name = format!("{}/base/passthrough/compute/max12", capture.name());
+            let technique: Technique = name.parse().expect("a technique");
+            if let Some(result) = verify(&mut *engine, &mut verifier, &technique) {
+                assert_eq!(result.verdict, Verdict::Approximate, "{id} {name}");
+            }
+        }
+        println!("{id}: {ran} cells");
+        assert!(ran >= 6 || id != "cpu", "{id} ran {ran}");
+        let technique: Technique =
+            "linked_list/base/passthrough/compute/peak".parse().expect("a technique");
+        let result = verify(&mut *engine, &mut verifier, &technique).expect("it is supported");
+        assert_eq!(result.verdict, Verdict::Approximate, "{id}: {:?}", result.note);
     }
 }
 
