@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use oit_fragments::{DepthHistogram, Lfb, LfbError};
+use oit_fragments::{DepthHistogram, Element, Lfb, LfbError};
 use oit_gpu::{Buffer, DepthStencil, Pass, Target};
 
 use crate::{Geometry, LfbReader};
@@ -37,6 +37,11 @@ pub trait Capture: Sync {
     /// functions on it (see `oit_sort::CudaLayout`).
     fn layout_cuda(&self) -> Option<&'static str> {
         None
+    }
+
+    /// What its reader gives of a fragment, and a resolve sorts.
+    fn element(&self) -> Element {
+        Element::Narrow
     }
 
     /// Whether the i-th fragment of a pixel can be read without reading those before it.

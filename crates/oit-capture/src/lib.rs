@@ -12,8 +12,8 @@ mod scan;
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
     Array3d, Array3dNearest, CAPTURES, FAULTY, Interleaved, InterleavedLists, Linearized,
-    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedListSorted, LinkedPages,
-    UnknownCapture, capture,
+    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedListSorted, LinkedListWide,
+    LinkedPages, UnknownCapture, WIDE, capture,
 };
 pub use draw::count_plan;
 pub use frame::Frame;

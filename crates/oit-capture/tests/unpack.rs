@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use oit_capture::{
     Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, FAULTY, Interleaved,
     InterleavedLists, LfbReader, Linearized, LinearizedNearest, LinkedList, LinkedListSorted,
-    LinkedPages, Lists, Usage, capture,
+    LinkedPages, Lists, Usage, WIDE, capture,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Contents, GpuError};
@@ -178,6 +178,37 @@ fn sorted_lists_that_are_none_are_refused() {
         lost.pool_slots = pool;
         let usage = lost.with(|read| capture.usage(read)).expect("reads");
         assert_eq!(usage, Usage { fragments: 4, slots: pool + 1 });
+    }
+}
+
+#[test]
+fn fragments_of_128_bits_are_read_as_those_of_64() {
+    for capture in WIDE {
+        let name = capture.name();
+        for (seed, (width, height)) in [(1, 1), (7, 5), (3, 40)].into_iter().enumerate() {
+            let submitted = random_lfb(seed as u64, width, height);
+            let mut memory = memory(*capture, &submitted);
+            memory.pool_slots /= 2;
+            let mut expected = submitted.clone();
+            capture.order(&mut expected);
+            assert_eq!(memory.unpack(*capture).expect("undamaged"), expected, "{name}");
+            let fragments = submitted.fragments().len() as u64;
+            let usage = memory.with(|read| capture.usage(read)).expect("undamaged");
+            assert_eq!(usage, Usage { fragments, slots: fragments }, "{name}");
+            if fragments == 0 {
+                continue;
+            }
+            for word in 0..3 {
+                let mut damaged = memory.clone();
+                damaged.set("fragments", word, 0x3c00_3c01);
+                match damaged.unpack(*capture) {
+                    Err(CaptureError::Damaged(LfbError::Structure { what, .. })) => {
+                        assert!(what.contains("node 0 holds no colour"), "{what}");
+                    }
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+        }
     }
 }
 
@@ -446,11 +477,11 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
 
 #[test]
 fn names_are_found_and_an_unknown_one_lists_what_there_is() {
-    for registered in CAPTURES.iter().chain(FAULTY) {
+    for registered in CAPTURES.iter().chain(WIDE).chain(FAULTY) {
         let name = registered.name();
         assert_eq!(capture(name).expect("registered").name(), name);
         assert_eq!(
-            CAPTURES.iter().chain(FAULTY).filter(|other| other.name() == name).count(),
+            CAPTURES.iter().chain(WIDE).chain(FAULTY).filter(|other| other.name() == name).count(),
             1,
             "{name}"
         );

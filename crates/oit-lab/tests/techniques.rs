@@ -3,7 +3,7 @@
 
 mod support;
 
-use oit_capture::{Accuracy, CAPTURES, Geometry, Method, MethodRequest};
+use oit_capture::{Accuracy, CAPTURES, Geometry, Method, MethodRequest, WIDE};
 use oit_fragments::{DepthHistogram, Lfb, Ties, oracle};
 use oit_gpu::Plan;
 use oit_lab::{
@@ -227,6 +227,69 @@ fn what_was_sorted_during_capture_is_exact_unsorted() {
         let result = verify(&mut *engine, &mut verifier, &technique).expect("it is supported");
         assert_eq!(result.verdict, Verdict::Approximate, "{id}: {:?}", result.note);
     }
+}
+
+/// Fragments of 128 bits, sorted whole or by index, give the same picture; what cannot sort them is
+/// refused, with the reason.
+#[test]
+fn fragments_of_128_bits_are_exact() {
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        for view in [soup(0, SIZE), stack(40, SIZE)] {
+            engine.open_view(view).expect("the view opens");
+            let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+            let mut check = |name: String, refusal: Option<&str>| {
+                let technique: Technique = name.parse().expect("a technique");
+                match (engine.prepare(&technique), refusal) {
+                    (Ok((ready, preparation)), None) => {
+                        let result = verifier.verify(&mut *engine, &technique, ready, &preparation);
+                        let result = result.unwrap_or_else(|error| panic!("{id} {name}: {error}"));
+                        let (verdict, note) = (result.verdict, result.note);
+                        assert_eq!(verdict, Verdict::Exact, "{id} {name}: {note:?}");
+                        assert!(result.fragments_compared, "{id} {name}");
+                    }
+                    (Err(CellError::Unsupported(reason)), Some(part)) => {
+                        assert!(reason.contains(part), "{id} {name}: {reason}");
+                    }
+                    (result, _) => panic!("{id} {name}: {:?}", result.map(|_| ())),
+                }
+            };
+            for capture in WIDE {
+                let name = capture.name();
+                for rest in [
+                    "base/rbs8/compute/peak/ties-depth",
+                    "bma-list/insertion/compute/peak/ties-depth",
+                    "bma-stencil/insertion/fragment/peak/ties-depth",
+                    "base-stencil/merge/fragment/peak/ties-depth/pool30",
+                ] {
+                    check(format!("{name}/{rest}"), None);
+                }
+                let global = format!("{name}/base/rbs8-global/compute/peak/ties-depth");
+                check(global, Some("cannot be written back to"));
+            }
+            for sort in ["insertion", "merge", "rbs8"] {
+                check(format!("linked_list128/base/{sort}/compute/peak"), None);
+                let indirect = format!("linked_list128_indirect/base/{sort}/compute/peak");
+                check(indirect, Some("use ties-depth"));
+            }
+            for sort in ["network", "heap", "insertion-workgroup"] {
+                let direct = format!("linked_list128/base/{sort}/compute/peak/ties-depth");
+                check(direct, Some("holds fragments of 64 bits"));
+            }
+            for sort in ["heap", "insertion-workgroup"] {
+                let indirect =
+                    format!("linked_list128_indirect/base/{sort}/compute/peak/ties-depth");
+                check(indirect, None);
+            }
+        }
+    }
+    let cache = support::cache();
+    let mut engine = open_engine("cpu", cache.path()).expect("the CPU");
+    engine.open_view(soup(0, SIZE)).expect("the view opens");
+    let technique = "linked_list128/base/rbs/compute/peak".parse().expect("a technique");
+    let refused = engine.prepare(&technique).expect_err("its twin has another fragment");
+    assert!(matches!(refused, CellError::Unsupported(_)), "{refused}");
 }
 
 /// A kernel that ends early is off by what it says, no more, and not exact.
