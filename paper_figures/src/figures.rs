@@ -34,6 +34,7 @@ mod pareto;
 mod peel_passes;
 mod ratios;
 mod rbs_figure_5;
+mod rbs_fragments;
 mod rbs_merge;
 mod rbs_registers;
 mod rbs_table_1;
@@ -76,6 +77,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &rbs_fragments::RbsFragments,
     &rbs_merge::RbsMerge,
     &rbs_registers::RbsRegisters,
     &cuda_resolve::CudaResolve,
