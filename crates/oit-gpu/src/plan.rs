@@ -43,8 +43,8 @@ pub enum Contents {
 }
 
 /// A two-dimensional texture that raster passes draw to. Passes to which it is not attached can read
-/// one of colour: their shader's `var NAME: texture_2d<f32>` is the target of that name, pixel (0, 0)
-/// at the top left. Depth and stencil cannot be read by a shader.
+/// one of colour: their shader's `var NAME: texture_2d<f32>` (of integers, `texture_2d<u32>`) is the
+/// target of that name, pixel (0, 0) at the top left. Depth and stencil cannot be read by a shader.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Target {
     /// Its name.
@@ -78,6 +78,10 @@ pub enum Format {
     Rgba8Unorm,
     /// One byte, 0 to 1.
     R8Unorm,
+    /// One unsigned 32-bit integer; it cannot be blended into, and shaders write a `u32` there.
+    R32Uint,
+    /// Four unsigned 32-bit integers; they cannot be blended into, and shaders write a `vec4<u32>`.
+    Rgba32Uint,
     /// 32-bit float depth.
     Depth32Float,
     /// 8-bit stencil; a backend may add depth bits where the device has no format of stencil alone.
@@ -86,7 +90,7 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Rgba32Float,
         Self::Rgba16Float,
         Self::Rg32Float,
@@ -96,6 +100,8 @@ impl Format {
         Self::Rg11b10Float,
         Self::Rgba8Unorm,
         Self::R8Unorm,
+        Self::R32Uint,
+        Self::Rgba32Uint,
         Self::Depth32Float,
         Self::Stencil8,
     ];
@@ -104,16 +110,23 @@ impl Format {
     #[must_use]
     pub fn bytes(self) -> u64 {
         match self {
-            Self::Rgba32Float => 16,
+            Self::Rgba32Float | Self::Rgba32Uint => 16,
             Self::Rgba16Float | Self::Rg32Float => 8,
             Self::Rg16Float
             | Self::R32Float
+            | Self::R32Uint
             | Self::Rg11b10Float
             | Self::Rgba8Unorm
             | Self::Depth32Float => 4,
             Self::R16Float => 2,
             Self::R8Unorm | Self::Stencil8 => 1,
         }
+    }
+
+    /// Whether its channels are unsigned integers, which shaders write and read as `u32`.
+    #[must_use]
+    pub fn is_uint(self) -> bool {
+        matches!(self, Self::R32Uint | Self::Rgba32Uint)
     }
 
     /// Whether it is a format of colour, not of depth or stencil.
@@ -134,10 +147,17 @@ impl VertexFormat {
     }
 }
 
+/// How many bytes the arguments of one of several indirect draws of vertices take.
+pub(crate) const DRAW_STRIDE_BYTES: u32 = 16;
+
 /// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`. An array
 /// of a function may hold anything before it is written (see the vulkan backend's `arrays`). A line
 /// `enable NAME;` may stand anywhere, not only at the top, so that a source can be put together from
 /// several texts. What a shader needs of a device is found from its code, whatever it enables.
+///
+/// A shader with `const EXACT_ARITHMETIC = true;` is to round after every single operation, so that
+/// what several programs compute by the same expressions is the same: on `vulkan` no sum and product
+/// become one operation. `wgpu` has no means to ask for it.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shader {
     /// What it is, for messages and listings.
@@ -193,11 +213,95 @@ pub enum Dispatch {
     },
 }
 
-/// One draw into targets of one size: triangles, no culling. [`Raster::new`] gives the usual state.
+/// What makes the primitives of a raster pass.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
+pub enum PreRaster {
+    /// The entry point `vs` of the pass's shader, and triangles.
+    #[default]
+    Wgsl,
+    /// Stages in GLSL: `vulkan` only. The pass's shader has `fs` alone (a `vs` is not used).
+    Glsl(Box<Glsl>),
+    /// A mesh shader in GLSL: `vulkan` with `VK_EXT_mesh_shader` only. The pass's shader has `fs`
+    /// alone, and the draw is [`Draw::Mesh`].
+    Mesh(Box<Mesh>),
+}
+
+impl PreRaster {
+    /// The stages in GLSL with their names, in the order in which they run.
+    #[must_use]
+    pub fn glsl_stages(&self) -> Vec<(&'static str, &str)> {
+        let stages = crate::glsl::stages(self).into_iter();
+        stages.map(|(stage, source)| (stage.name(), &**source)).collect()
+    }
+}
+
+impl From<Glsl> for PreRaster {
+    fn from(stages: Glsl) -> Self {
+        Self::Glsl(Box::new(stages))
+    }
+}
+
+impl From<Mesh> for PreRaster {
+    fn from(stages: Mesh) -> Self {
+        Self::Mesh(Box::new(stages))
+    }
+}
+
+/// Stages in GLSL 4.60 for Vulkan, each with the entry point `main`, for what WGSL cannot say:
+/// tessellation and geometry. Their buffers are named as those of WGSL are: the plan's buffer of the
+/// name of a block's instance, or of the block if its instance has none, is bound at its
+/// `layout(set = ..., binding = ...)`; a `buffer` block that is not `readonly` is written. What the
+/// last stage writes at a `location`, `fs` reads there. Depth is 0 to 1 and y is up, as in WGSL.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Glsl {
+    /// What vertices are put together to.
+    pub topology: Topology,
+    /// The vertex stage.
+    pub vertex: Arc<str>,
+    /// Both stages of tessellation; needs [`Topology::Patches`].
+    pub tessellation: Option<Tessellation>,
+    /// The geometry stage. Its input must be what comes to it: points or triangles.
+    pub geometry: Option<Arc<str>>,
+}
+
+/// The stages of tessellation, in GLSL.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Tessellation {
+    /// The control stage.
+    pub control: Arc<str>,
+    /// The evaluation stage.
+    pub evaluation: Arc<str>,
+}
+
+/// A mesh shader in GLSL (`GL_EXT_mesh_shader`), bound as [`Glsl`] is.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Mesh {
+    /// The task stage that says how many workgroups of the mesh stage run.
+    pub task: Option<Arc<str>>,
+    /// The mesh stage.
+    pub mesh: Arc<str>,
+}
+
+/// What vertices are put together to.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Topology {
+    /// A point a vertex. Where points reach rasterisation, the last stage says how large they are in
+    /// `gl_PointSize`, in pixels.
+    Points,
+    /// A triangle of each three.
+    Triangles,
+    /// A patch of each so many, for tessellation.
+    Patches(u32),
+}
+
+/// One draw into targets of one size: triangles, unless [`Self::pre_raster`] makes others; no
+/// culling. [`Raster::new`] gives the usual state.
 #[derive(Clone, Debug)]
 pub struct Raster {
     /// The shader.
     pub shader: Shader,
+    /// What makes the primitives.
+    pub pre_raster: PreRaster,
     /// What is drawn.
     pub draw: Draw,
     /// Colour targets, in the order of the shader's `@location`s. A pass has at least one
@@ -236,12 +340,28 @@ pub enum Draw {
         count: u32,
     },
     /// As [`Draw::Vertices`], as many as four `u32` in a buffer say: vertices, instances, the first
-    /// vertex, the first instance (0). No instances draw nothing: a pass that a shader has called off.
+    /// vertex, the first instance. No instances draw nothing: a pass that a shader has called off.
+    ///
+    /// There may be many draws, each with its four, one behind the other; they run in that order.
+    /// `@builtin(vertex_index)` counts from the draw's first vertex, and
+    /// `@builtin(instance_index)` from its first instance: both contain the first on `vulkan` and on
+    /// wgpu's Vulkan and Metal. So draws tell themselves apart by their first instance. One that is
+    /// not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls "first instance of
+    /// indirect draws"; a pass of more than one draw is refused without it. wgpu's DX12 never has it
+    /// here: shaders count from 0 there, and what wgpu adds to that it knows of an indirect draw only
+    /// from passes that check the arguments, which are off because they would be timed.
     VerticesIndirect {
         /// The buffer of the four.
         arguments: String,
-        /// Where in it, in bytes; a multiple of 4.
+        /// Where in it the first draw's are, in bytes; a multiple of 4.
         offset_bytes: u64,
+        /// How many draws: 1 or more. The four of each begin 16 bytes after those of the last.
+        draws: u32,
+    },
+    /// So many workgroups in x, y and z of the first stage of a [`Mesh`].
+    Mesh {
+        /// Workgroups.
+        workgroups: [u32; 3],
     },
     /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first
     /// index, what is added to each index, the first instance (0).
@@ -295,7 +415,8 @@ pub enum VertexFormat {
 pub struct ColorAttachment {
     /// The target.
     pub target: String,
-    /// What it holds when the pass starts.
+    /// What it holds when the pass starts. A format of integers is cleared to whole numbers: 0 to
+    /// 2^24, or [`f32::INFINITY`], which stands for the largest `u32`.
     pub load: Load<[f32; 4]>,
     /// How a fragment's colour joins what is there; `None` replaces it.
     pub blend: Option<Blend>,
@@ -472,6 +593,7 @@ impl Raster {
     pub fn new(shader: Shader, draw: Draw) -> Self {
         Self {
             shader,
+            pre_raster: PreRaster::Wgsl,
             draw,
             color: Vec::new(),
             depth_stencil: None,

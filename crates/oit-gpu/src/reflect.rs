@@ -2,7 +2,8 @@
 
 use crate::directives::hoisted;
 use crate::features::Features;
-use crate::{Shader, VertexFormat, Work};
+use crate::spirv;
+use crate::{PreRaster, Raster, Shader, VertexFormat, Work, glsl};
 use naga::proc::GlobalCtx;
 use naga::valid::{GlobalUse, ModuleInfo};
 use naga::{
@@ -23,6 +24,11 @@ pub struct Reflection {
     pub vs: Option<Vs>,
     /// The fragment entry point `fs`.
     pub fs: Option<Fs>,
+    /// The stages in GLSL that take the place of `vs`, in order.
+    pub(crate) stages: Vec<spirv::Compiled>,
+    /// Whether no product and sum may become one operation: whether the module has a constant
+    /// `EXACT_ARITHMETIC` that is true.
+    pub exact_arithmetic: bool,
     pub(crate) module: Module,
     pub(crate) info: ModuleInfo,
 }
@@ -40,7 +46,7 @@ pub struct Binding {
     pub access: Access,
     /// Whether `main` uses it.
     pub compute: bool,
-    /// Whether `vs` uses it.
+    /// Whether `vs` uses it, or a stage in GLSL in its place declares it.
     pub vertex: bool,
     /// Whether `fs` uses it.
     pub fragment: bool,
@@ -60,6 +66,16 @@ pub enum Access {
     ReadWrite,
     /// `texture_2d<f32>`.
     Texture,
+    /// `texture_2d<u32>`.
+    UintTexture,
+}
+
+impl Access {
+    /// Whether it is a target, not a buffer.
+    #[must_use]
+    pub fn is_target(self) -> bool {
+        matches!(self, Self::Texture | Self::UintTexture)
+    }
 }
 
 /// The compute entry point.
@@ -84,12 +100,45 @@ pub struct Vs {
 /// The fragment entry point.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Fs {
+    /// Each `@location` it reads.
+    pub inputs: Vec<u32>,
     /// Each `@location` it writes.
     pub outputs: Vec<u32>,
     /// Whether it writes a buffer.
     pub writes: bool,
     /// Whether it says `@early_depth_test(force)`.
     pub early_depth_test: bool,
+    /// Those of its outputs that are of `u32`, not of floats.
+    pub uint_outputs: Vec<u32>,
+    /// Whether it writes `@builtin(frag_depth)`.
+    pub writes_depth: bool,
+    /// What it promises of the depth that it writes.
+    pub depth_bound: Option<DepthBound>,
+}
+
+/// What a fragment shader promises of the depth that it writes, so that the device may test the
+/// primitive's own depth before it runs the shader (conservative depth). A depth that breaks the
+/// promise gives anything.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DepthBound {
+    /// `@early_depth_test(less_equal)`: no greater than the primitive's.
+    LessEqual,
+    /// `@early_depth_test(greater_equal)`: no less than the primitive's.
+    GreaterEqual,
+    /// `@early_depth_test(unchanged)`: the primitive's.
+    Unchanged,
+}
+
+impl DepthBound {
+    /// The word of `@early_depth_test`.
+    #[must_use]
+    pub fn wgsl(self) -> &'static str {
+        match self {
+            Self::LessEqual => "less_equal",
+            Self::GreaterEqual => "greater_equal",
+            Self::Unchanged => "unchanged",
+        }
+    }
 }
 
 /// The two ways a shader is run.
@@ -126,12 +175,71 @@ impl Reflection {
             let name = constant.name.as_deref().unwrap_or("without a name");
             return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
         }
-        let mut reflection =
-            Self { bindings: Vec::new(), main: None, vs: None, fs: None, module, info };
+        let mut reflection = Self {
+            bindings: Vec::new(),
+            main: None,
+            vs: None,
+            fs: None,
+            stages: Vec::new(),
+            exact_arithmetic: is_exact(&module),
+            module,
+            info,
+        };
         reflection.find_entry_points();
         reflection.find_subgroup().map_err(|what| format!("shader {label:?}: {what}"))?;
         reflection.find_bindings().map_err(|what| format!("shader {label:?}: {what}"))?;
         Ok(reflection)
+    }
+
+    /// Puts stages in GLSL in the place of `vs`.
+    ///
+    /// # Errors
+    /// The compiler's message, or what a plan cannot give such a stage.
+    fn with_stages(mut self, pre_raster: &PreRaster) -> Result<Self, String> {
+        self.vs = None;
+        for binding in &mut self.bindings {
+            binding.vertex = false;
+        }
+        self.bindings.retain(|binding| binding.compute || binding.fragment);
+        for (stage, source) in glsl::stages(pre_raster) {
+            let compiled = spirv::Compiled::new(stage, source)?;
+            for found in &compiled.bindings {
+                self.join(found).map_err(|what| format!("{} stage: {what}", stage.name()))?;
+            }
+            if stage == glsl::Stage::Vertex {
+                self.vs = Some(Vs { inputs: compiled.inputs.clone() });
+            }
+            self.stages.push(compiled);
+        }
+        self.bindings.sort_by_key(|binding| (binding.group, binding.binding));
+        Ok(self)
+    }
+
+    /// Adds a stage's buffer, which another stage may declare too.
+    fn join(&mut self, found: &spirv::Found) -> Result<(), String> {
+        let spirv::Found { group, binding, name, access, min_bytes } = found.clone();
+        let twin = self.bindings.iter_mut().find(|b| (b.group, b.binding) == (group, binding));
+        let Some(twin) = twin else {
+            let (compute, vertex, fragment) = (false, true, false);
+            let new =
+                Binding { group, binding, name, access, compute, vertex, fragment, min_bytes };
+            self.bindings.push(new);
+            return Ok(());
+        };
+        let of_storage = |access| matches!(access, Access::Read | Access::ReadWrite);
+        let alike = twin.access == access || (of_storage(twin.access) && of_storage(access));
+        if twin.name != name || !alike {
+            return Err(format!(
+                "`{name}` ({access:?}) and `{}` ({:?}) are both at set {group} and binding {binding}",
+                twin.name, twin.access
+            ));
+        }
+        if access == Access::ReadWrite {
+            twin.access = access;
+        }
+        twin.vertex = true;
+        twin.min_bytes = twin.min_bytes.max(min_bytes);
+        Ok(())
     }
 
     /// What a pass of this kind binds.
@@ -192,13 +300,43 @@ impl Reflection {
                 }
                 (ShaderStage::Fragment, "fs") => {
                     let mut outputs = Vec::new();
+                    let mut writes_depth = false;
                     if let Some(result) = &entry.function.result {
-                        locations(&self.module, result.ty, result.binding.as_ref(), &mut outputs);
+                        let binding = result.binding.as_ref();
+                        locations(&self.module, result.ty, binding, &mut outputs);
+                        writes_depth = has_depth(&self.module, result.ty, binding);
                     }
+                    let is_uint = |ty: Handle<Type>| {
+                        let scalar = self.module.types[ty].inner.scalar();
+                        scalar.is_some_and(|scalar| scalar.kind == ScalarKind::Uint)
+                    };
                     let early_depth_test =
                         entry.early_depth_test == Some(naga::EarlyDepthTest::Force);
-                    let outputs = outputs.into_iter().map(|(at, _)| at).collect();
-                    self.fs = Some(Fs { outputs, writes, early_depth_test });
+                    let depth_bound = match entry.early_depth_test {
+                        Some(naga::EarlyDepthTest::Allow { conservative }) => {
+                            Some(match conservative {
+                                naga::ConservativeDepth::LessEqual => DepthBound::LessEqual,
+                                naga::ConservativeDepth::GreaterEqual => DepthBound::GreaterEqual,
+                                naga::ConservativeDepth::Unchanged => DepthBound::Unchanged,
+                            })
+                        }
+                        _ => None,
+                    };
+                    let mut inputs = Vec::new();
+                    for argument in &entry.function.arguments {
+                        let binding = argument.binding.as_ref();
+                        locations(&self.module, argument.ty, binding, &mut inputs);
+                    }
+                    let uint = outputs.iter().filter(|(_, ty)| is_uint(*ty));
+                    self.fs = Some(Fs {
+                        inputs: inputs.into_iter().map(|(at, _)| at).collect(),
+                        uint_outputs: uint.map(|&(at, _)| at).collect(),
+                        outputs: outputs.into_iter().map(|(at, _)| at).collect(),
+                        writes,
+                        early_depth_test,
+                        writes_depth,
+                        depth_bound,
+                    });
                 }
                 _ => {}
             }
@@ -248,21 +386,21 @@ impl Reflection {
                     Access::ReadWrite
                 }
                 AddressSpace::Storage { .. } => Access::Read,
-                AddressSpace::Handle if is_texture(&self.module.types[global.ty].inner) => {
-                    Access::Texture
+                AddressSpace::Handle => {
+                    texture(&self.module.types[global.ty].inner).ok_or_else(|| {
+                        format!(
+                            "`{name}` is neither a buffer nor a `texture_2d<f32>` or \
+                             `texture_2d<u32>`, and a plan binds nothing else"
+                        )
+                    })?
                 }
-                _ => {
-                    return Err(format!(
-                        "`{name}` is neither a buffer nor a `texture_2d<f32>`, and a plan binds \
-                         nothing else"
-                    ));
-                }
+                _ => return Err(format!("`{name}` is in no address space that a plan binds")),
             };
             let Some(naga::ResourceBinding { group, binding }) = global.binding else {
                 return Err(format!("`{name}` has no @group and @binding"));
             };
             let min_bytes = match access {
-                Access::Texture => 0,
+                _ if access.is_target() => 0,
                 _ => type_bytes(global.ty, self.module.to_ctx()),
             };
             let new =
@@ -281,6 +419,17 @@ impl Reflection {
     }
 }
 
+/// Whether a module asks for exact arithmetic.
+fn is_exact(module: &Module) -> bool {
+    module.constants.iter().any(|(_, constant)| {
+        constant.name.as_deref() == Some("EXACT_ARITHMETIC")
+            && matches!(
+                module.global_expressions[constant.init],
+                naga::Expression::Literal(naga::Literal::Bool(true))
+            )
+    })
+}
+
 /// Whether a vertex attribute of this format is read as floats, else as `u32`.
 pub(crate) fn is_float(format: VertexFormat) -> bool {
     match format {
@@ -289,10 +438,27 @@ pub(crate) fn is_float(format: VertexFormat) -> bool {
     }
 }
 
-/// Whether a type is `texture_2d<f32>`.
-fn is_texture(ty: &TypeInner) -> bool {
-    let class = ImageClass::Sampled { kind: ScalarKind::Float, multi: false };
-    *ty == TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class }
+/// How a type is bound that is `texture_2d<f32>` or `texture_2d<u32>`.
+fn texture(ty: &TypeInner) -> Option<Access> {
+    let TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } = *ty else {
+        return None;
+    };
+    match class {
+        ImageClass::Sampled { kind: ScalarKind::Float, multi: false } => Some(Access::Texture),
+        ImageClass::Sampled { kind: ScalarKind::Uint, multi: false } => Some(Access::UintTexture),
+        _ => None,
+    }
+}
+
+/// Whether an entry point's result, or a member of it, is `frag_depth`.
+fn has_depth(module: &Module, ty: Handle<Type>, binding: Option<&naga::Binding>) -> bool {
+    match (binding, &module.types[ty].inner) {
+        (Some(binding), _) => *binding == naga::Binding::BuiltIn(naga::BuiltIn::FragDepth),
+        (None, TypeInner::Struct { members, .. }) => {
+            members.iter().any(|member| has_depth(module, member.ty, member.binding.as_ref()))
+        }
+        _ => false,
+    }
 }
 
 /// The size of a type; of a type too large to have one, the largest number there is, which no
@@ -325,6 +491,7 @@ fn locations(
 #[derive(Default)]
 pub(crate) struct Shaders {
     by_source: HashMap<Arc<str>, Arc<Reflection>>,
+    with_stages: HashMap<(Arc<str>, PreRaster), Arc<Reflection>>,
 }
 
 impl Shaders {
@@ -335,6 +502,24 @@ impl Shaders {
         }
         let reflection = Arc::new(Reflection::new(shader)?);
         self.by_source.insert(shader.wgsl.clone(), reflection.clone());
+        Ok(reflection)
+    }
+
+    /// The reflection of all stages of a raster pass.
+    pub(crate) fn of_raster(&mut self, raster: &Raster) -> Result<Arc<Reflection>, String> {
+        if raster.pre_raster == PreRaster::Wgsl {
+            return self.get(&raster.shader);
+        }
+        let key = (raster.shader.wgsl.clone(), raster.pre_raster.clone());
+        if let Some(known) = self.with_stages.get(&key) {
+            return Ok(known.clone());
+        }
+        let label = &raster.shader.label;
+        let reflection = Reflection::new(&raster.shader)?
+            .with_stages(&raster.pre_raster)
+            .map_err(|what| format!("shader {label:?}: {what}"))?;
+        let reflection = Arc::new(reflection);
+        self.with_stages.insert(key, reflection.clone());
         Ok(reflection)
     }
 }
@@ -388,10 +573,42 @@ mod tests {
             Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128, subgroup_at_least: None };
         assert_eq!(seen.main, Some(main));
         assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)] }));
-        let fs = Fs { outputs: vec![1], writes: false, early_depth_test: true };
+        let fs = Fs {
+            inputs: vec![],
+            outputs: vec![1],
+            writes: false,
+            early_depth_test: true,
+            uint_outputs: vec![],
+            writes_depth: false,
+            depth_bound: None,
+        };
         assert_eq!(seen.fs, Some(fs));
         assert_eq!(seen.groups(Kind::Compute), 2);
         assert_eq!(seen.bindings_of(Kind::Raster).count(), 2);
+    }
+
+    #[test]
+    fn fragment_outputs_are_floats_integers_and_a_depth() {
+        let seen = |attribute: &str| {
+            let shader = format!(
+                "struct Out {{
+                    @location(1) color: vec4<f32>,
+                    @location(0) id: u32,
+                    @builtin(frag_depth) depth: f32,
+                }}
+                @fragment {attribute} fn fs() -> Out {{ return Out(vec4<f32>(), 7u, 0.5); }}"
+            );
+            let seen = Reflection::new(&Shader::new("outputs", shader)).expect("valid");
+            seen.fs.expect("a fragment stage")
+        };
+        let fs = seen("");
+        assert_eq!((fs.outputs, fs.uint_outputs), (vec![1, 0], vec![0]));
+        assert!(fs.writes_depth && !fs.early_depth_test && fs.depth_bound.is_none());
+        for bound in [DepthBound::LessEqual, DepthBound::GreaterEqual, DepthBound::Unchanged] {
+            let fs = seen(&format!("@early_depth_test({})", bound.wgsl()));
+            assert!(fs.writes_depth && !fs.early_depth_test);
+            assert_eq!(fs.depth_bound, Some(bound));
+        }
     }
 
     #[test]
@@ -411,6 +628,19 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_asks_for_exact_arithmetic() {
+        let main = "@compute @workgroup_size(64) fn main() {}";
+        for (constant, exact) in [
+            ("", false),
+            ("const EXACT_ARITHMETIC = true;", true),
+            ("const EXACT_ARITHMETIC = false;", false),
+        ] {
+            let shader = Shader::new("s", format!("{constant}\n{main}"));
+            assert_eq!(Reflection::new(&shader).expect("valid").exact_arithmetic, exact);
+        }
+    }
+
+    #[test]
     fn errors_show_the_line_and_the_label() {
         let parse = Reflection::new(&Shader::new("broken.wgsl", "fn main() { let x = ; }"));
         let message = parse.expect_err("does not parse");
@@ -421,7 +651,7 @@ mod tests {
         let message = Reflection::new(&Shader::new("types.wgsl", types)).expect_err("ill typed");
         assert!(message.contains("types.wgsl:1:"), "{message}");
 
-        for ty in ["texture_2d<u32>", "texture_depth_2d", "texture_2d_array<f32>"] {
+        for ty in ["texture_2d<i32>", "texture_depth_2d", "texture_2d_array<f32>"] {
             let texture = format!(
                 "@group(0) @binding(0) var image: {ty};
                 @compute @workgroup_size(1) fn main() {{ _ = textureDimensions(image); }}"

@@ -1,9 +1,9 @@
 //! What `Plan::check` refuses, and how a plan is printed; no GPU is needed.
 
 use oit_gpu::{
-    Buffer, ColorAttachment, Compare, Depth, DepthStencil, Dispatch, Draw, Format, GpuError, Load,
-    Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
-    VertexLayout, Work,
+    Buffer, ColorAttachment, Compare, Depth, DepthStencil, Dispatch, Draw, Format, Glsl, GpuError,
+    Load, Mesh, Pass, Plan, PreRaster, Raster, Shader, Stencil, StencilOp, Target, Tessellation,
+    Topology, VertexAttribute, VertexFormat, VertexLayout, Work,
 };
 
 const COUNT: &str = "
@@ -298,7 +298,7 @@ fn vertices_fit_the_shader() {
             (true, Draw::Indexed { vertices, layout, indices, .. }) => {
                 Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes }
             }
-            _ => Draw::VerticesIndirect { arguments, offset_bytes },
+            _ => Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 },
         };
     };
     refused(indexed, |p| said(p, "indices", 0, true), &["5 u32", "which has 16"]);
@@ -314,6 +314,234 @@ fn vertices_fit_the_shader() {
         }
     };
     refused(indexed, written, &["`counts`", "written by the pass"]);
+}
+
+#[test]
+fn draws_from_a_buffer_are_inside_it() {
+    let many = |draws| {
+        move |p: &mut Plan| {
+            p.buffers.push(Buffer::new("said", 80));
+            raster_of(p).draw =
+                Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes: 16, draws };
+        }
+    };
+    let mut plan = raster_plan();
+    many(4)(&mut plan);
+    plan.check().expect("sound");
+    assert!(plan.to_string().contains("draws vertices 4 times, from said at byte 16 on\n"));
+    refused(raster_plan, many(5), &["20 u32 at byte 16", "which has 80"]);
+    refused(raster_plan, many(0), &["\"said\"", "1 is the least"]);
+    refused(raster_plan, many(u32::MAX), &["which has 80"]);
+}
+
+#[test]
+fn a_depth_that_is_written_is_tested_after() {
+    const OUT: &str = "struct Out { @location(0) color: vec4<f32>, @builtin(frag_depth) z: f32 }\n";
+    fn written(attribute: &str, body: &str) -> String {
+        let wgsl = MASKED.replace("@early_depth_test(force)", attribute);
+        let wgsl = wgsl.replace("-> @location(0) vec4<f32>", "-> Out");
+        let wgsl = wgsl.replace("atomicAdd(&counts[0], 1u);", body);
+        [OUT, &wgsl.replace("return vec4<f32>(1.0)", "return Out(vec4<f32>(1.0), 0.5)")].concat()
+    }
+    fn writing() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets[1].format = Format::Depth32Float;
+        let load = Load::Clear(1.0);
+        let depth = Some(Depth { load, compare: Compare::Less, write: true });
+        let raster = raster_of(&mut plan);
+        raster.depth_stencil =
+            Some(DepthStencil { target: "mask".to_owned(), depth, stencil: None });
+        raster.shader = Shader::new("writing", written("", ""));
+        plan
+    }
+    let with = |attribute: &'static str, body: &'static str| {
+        move |p: &mut Plan| {
+            raster_of(p).shader = Shader::new("changed", written(attribute, body));
+        }
+    };
+    for bound in ["less_equal", "greater_equal", "unchanged"] {
+        let mut plan = writing();
+        let attribute = format!("@early_depth_test({bound})");
+        raster_of(&mut plan).shader = Shader::new("bounded", written(&attribute, ""));
+        plan.check().expect("sound");
+        assert!(plan.to_string().contains(&format!("    depth of the shader, {bound}")), "{plan}");
+    }
+    assert!(writing().to_string().contains("    depth of the shader\n"));
+    refused(writing, with("@early_depth_test(force)", ""), &["`fs` writes `frag_depth`", "force"]);
+    let counting = "atomicAdd(&counts[0], 1u);";
+    refused(writing, with("", counting), &["writes a buffer and its depth", "a pass of its own"]);
+    let bare = |p: &mut Plan| raster_of(p).depth_stencil = None;
+    refused(writing, bare, &["`frag_depth`", "no depth target"]);
+    let idle = |p: &mut Plan| {
+        let wgsl = MASKED.replace("(force)", "(less_equal)").replace(counting, "");
+        raster_of(p).shader = Shader::new("idle", wgsl);
+    };
+    refused(writing, idle, &["@early_depth_test(less_equal)", "writes no `frag_depth`"]);
+}
+
+const VERTEX: &str = "#version 460
+void main() { gl_Position = vec4(0.0, 0.0, 0.5, 1.0); }";
+
+const GEOMETRY: &str = "#version 460
+layout(points) in;
+layout(points, max_vertices = 1) out;
+layout(set = 0, binding = 1, std430) readonly buffer Atoms { vec4 list[]; } atoms;
+layout(location = 0) out vec4 color;
+void main() {
+    color = atoms.list[gl_PrimitiveIDIn];
+    gl_Position = gl_in[0].gl_Position;
+    EmitVertex();
+}";
+
+const CONTROL: &str = "#version 460
+layout(vertices = 3) out;
+void main() { gl_TessLevelOuter[0] = gl_TessLevelInner[0] = 2.0; }";
+
+const EVALUATION: &str = "#version 460
+layout(triangles) in;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(1.0); gl_Position = vec4(gl_TessCoord, 1.0); }";
+
+fn with_geometry() -> Plan {
+    let mut plan = raster_plan();
+    plan.buffers.push(Buffer::data("atoms", vec![0; 64].into()));
+    let raster = raster_of(&mut plan);
+    let wgsl = MASKED.replace("fn fs()", "fn fs(@location(0) color: vec4<f32>)");
+    raster.shader = Shader::new("impostor", wgsl.replace("vec4<f32>(1.0);", "color;"));
+    raster.pre_raster = PreRaster::from(Glsl {
+        topology: Topology::Points,
+        vertex: VERTEX.into(),
+        tessellation: None,
+        geometry: Some(GEOMETRY.into()),
+    });
+    plan
+}
+
+fn with_tessellation() -> Plan {
+    let mut plan = with_geometry();
+    let glsl = glsl_of(&mut plan);
+    glsl.topology = Topology::Patches(3);
+    glsl.geometry = None;
+    glsl.tessellation =
+        Some(Tessellation { control: CONTROL.into(), evaluation: EVALUATION.into() });
+    plan
+}
+
+fn glsl_of(plan: &mut Plan) -> &mut Glsl {
+    match &mut raster_of(plan).pre_raster {
+        PreRaster::Glsl(glsl) => glsl,
+        _ => unreachable!("the pass has stages in GLSL"),
+    }
+}
+
+#[test]
+fn stages_in_glsl_fit_each_other_and_the_plan() {
+    let geometry = |from: &'static str, to: &'static str| {
+        move |p: &mut Plan| {
+            glsl_of(p).geometry = Some(GEOMETRY.replace(from, to).into());
+        }
+    };
+    refused(with_geometry, geometry("max_vertices", "most"), &["geometry stage in GLSL", "ERROR"]);
+    let renamed = |p: &mut Plan| p.buffers[1].name = "atom".to_owned();
+    refused(with_geometry, renamed, &["`atoms`", "nearest is \"atom\""]);
+    refused(with_geometry, geometry("readonly ", ""), &["`atoms`", "has given data"]);
+    refused(
+        with_geometry,
+        geometry("set = 0, binding = 1", "binding = 0"),
+        &["`counts`", "both at"],
+    );
+    refused(with_geometry, geometry("location = 0", "location = 2"), &["@location(0)", "[2]"]);
+    refused(with_geometry, geometry("(points) in", "(triangles) in"), &["takes triangles"]);
+    refused(
+        with_geometry,
+        |p| glsl_of(p).topology = Topology::Triangles,
+        &["triangles come to it"],
+    );
+    let patches = |p: &mut Plan| glsl_of(p).topology = Topology::Patches(3);
+    refused(with_geometry, patches, &["patches are drawn by tessellation"]);
+    refused(with_tessellation, |p| glsl_of(p).topology = Topology::Points, &["Topology::Patches"]);
+    let none = |p: &mut Plan| glsl_of(p).topology = Topology::Patches(0);
+    refused(with_tessellation, none, &["no vertices"]);
+    let both = |p: &mut Plan| glsl_of(p).geometry = Some(GEOMETRY.into());
+    refused(with_tessellation, both, &["takes points, and triangles come to it"]);
+    let no_fs = |p: &mut Plan| {
+        let vs = "@vertex fn vs() -> @builtin(position) vec4<f32> { return vec4<f32>(); }";
+        raster_of(p).shader = Shader::new("vs", vs);
+    };
+    refused(with_geometry, no_fs, &["needs the entry point `fs`"]);
+    let mesh = |p: &mut Plan| raster_of(p).draw = Draw::Mesh { workgroups: [1; 3] };
+    refused(with_geometry, mesh, &["mesh stages and a mesh draw"]);
+    let listed = with_tessellation().to_string();
+    let stages =
+        "stages in GLSL: vertex, tessellation control, tessellation evaluation; of patches";
+    assert!(listed.contains(stages), "{listed}");
+    assert!(with_geometry().to_string().contains("    reads atoms\n    writes counts\n"));
+}
+
+#[test]
+fn mesh_stages_are_checked_without_a_gpu() {
+    let source = "#version 460
+        #extension GL_EXT_mesh_shader : require
+        layout(set = 0, binding = 1, std430) readonly buffer Atoms { vec4 list[]; } atoms;
+        layout(local_size_x = 3) in;
+        layout(triangles, max_vertices = 3, max_primitives = 1) out;
+        layout(location = 0) out vec4 color[];
+        void main() {
+            SetMeshOutputsEXT(3, 1);
+            color[gl_LocalInvocationIndex] = atoms.list[gl_WorkGroupID.x];
+            gl_MeshVerticesEXT[gl_LocalInvocationIndex].gl_Position = vec4(0.0);
+            gl_PrimitiveTriangleIndicesEXT[0] = uvec3(0, 1, 2);
+        }";
+    let mut plan = with_geometry();
+    let raster = raster_of(&mut plan);
+    raster.pre_raster = PreRaster::from(Mesh { task: None, mesh: source.into() });
+    raster.draw = Draw::Mesh { workgroups: [4, 1, 1] };
+    plan.check().expect("sound");
+    let listed = plan.to_string();
+    assert!(
+        listed.contains("    mesh workgroups 4 x 1 x 1\n    stages in GLSL: mesh\n"),
+        "{listed}"
+    );
+    raster_of(&mut plan).draw = Draw::Vertices { count: 3, instances: 1 };
+    assert!(fault(&plan).contains("mesh stages and a mesh draw"));
+}
+
+#[test]
+fn integers_are_written_as_such() {
+    fn ids() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets[0].format = Format::R32Uint;
+        let wgsl = MASKED.replace("@location(0) vec4<f32>", "@location(0) u32");
+        let wgsl = wgsl.replace("return vec4<f32>(1.0)", "return 7u");
+        raster_of(&mut plan).shader = Shader::new("ids", wgsl);
+        plan
+    }
+    let float = |p: &mut Plan| p.targets[0].format = Format::R32Float;
+    refused(ids, float, &["@location(0)", "not of f32", "R32Float"]);
+    let shader = |p: &mut Plan| raster_of(p).shader = Shader::new("masked", MASKED);
+    refused(ids, shader, &["@location(0)", "not of u32", "R32Uint"]);
+    let blended = |p: &mut Plan| raster_of(p).color[0].blend = Some(oit_gpu::Blend::Add);
+    refused(ids, blended, &["\"image\" is R32Uint", "not blended"]);
+    let cleared = |value| move |p: &mut Plan| raster_of(p).color[0].load = Load::Clear([value; 4]);
+    for value in [0.5, -1.0, 16_777_218.0, f32::NAN, f32::NEG_INFINITY] {
+        refused(ids, cleared(value), &["whole numbers"]);
+    }
+    for value in [0.0, 16_777_216.0, f32::INFINITY] {
+        let mut plan = ids();
+        cleared(value)(&mut plan);
+        plan.check().expect("sound");
+    }
+    fn reading() -> Plan {
+        let mut plan = ids();
+        plan.targets.push(target("earlier", Format::R32Uint));
+        let texture = "@group(0) @binding(1) var earlier: texture_2d<u32>;\n";
+        let wgsl = [texture, &raster_of(&mut plan).shader.wgsl].concat();
+        let load = "textureLoad(earlier, vec2<u32>(0u, 0u), 0).x";
+        raster_of(&mut plan).shader = Shader::new("reading", wgsl.replace("7u", load));
+        plan
+    }
+    let float = |p: &mut Plan| p.targets[2].format = Format::R32Float;
+    refused(reading, float, &["`earlier`", "R32Float, a `texture_2d<f32>`"]);
 }
 
 #[test]

@@ -17,12 +17,13 @@ fn wide_fragment(rgba: u32, depth_key: u32) -> vec4<u32> {
 
 @fragment
 fn fs(in: Varyings) {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
     let node = atomicAdd(&node_count, 1u);
     count_fragment(pixel);
     // A fragment without room is counted, so that it is known how much room there should be.
     if (node < arrayLength(&fragments)) {
         nexts[node] = atomicExchange(&heads[pixel], node + 1u);
-        fragments[node] = wide_fragment(shade(in), depth_key(in.position.z));
+        fragments[node] = wide_fragment(shade(in), depth_key(fragment_depth(in)));
     }
 }

@@ -1,5 +1,6 @@
 //! A plan's words in Vulkan's.
 
+use crate::glsl::Stage;
 use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
 use ash::vk;
 
@@ -19,8 +20,22 @@ pub(super) fn format(format: Format, stencil: vk::Format) -> vk::Format {
         Format::Rg11b10Float => vk::Format::B10G11R11_UFLOAT_PACK32,
         Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
         Format::R8Unorm => vk::Format::R8_UNORM,
+        Format::R32Uint => vk::Format::R32_UINT,
+        Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
         Format::Depth32Float => vk::Format::D32_SFLOAT,
         Format::Stencil8 => stencil,
+    }
+}
+
+/// The flag of a stage in GLSL.
+pub(super) fn stage(stage: Stage) -> vk::ShaderStageFlags {
+    match stage {
+        Stage::Vertex => vk::ShaderStageFlags::VERTEX,
+        Stage::TessellationControl => vk::ShaderStageFlags::TESSELLATION_CONTROL,
+        Stage::TessellationEvaluation => vk::ShaderStageFlags::TESSELLATION_EVALUATION,
+        Stage::Geometry => vk::ShaderStageFlags::GEOMETRY,
+        Stage::Task => vk::ShaderStageFlags::TASK_EXT,
+        Stage::Mesh => vk::ShaderStageFlags::MESH_EXT,
     }
 }
 
