@@ -39,6 +39,7 @@ mod peel_passes;
 mod ratios;
 mod rbs_compile;
 mod rbs_figure_5;
+mod rbs_fragments;
 mod rbs_merge;
 mod rbs_registers;
 mod rbs_table_1;
@@ -82,6 +83,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &rbs_table_2::RbsTable2,
     &rbs_table_3::RbsTable3,
     &rbs_figure_5::RbsFigure5,
+    &rbs_fragments::RbsFragments,
     &rbs_merge::RbsMerge,
     &rbs_registers::RbsRegisters,
     &rbs_compile::RbsCompile,

@@ -24,6 +24,7 @@ fn one_device(root: &Path) -> Tables {
     flight::write_run(&root.join("flight"), DEVICE);
     mechanism::write_run(root, "mechanism", DEVICE, true);
     rbs::write_run(&root.join("rbs"), DEVICE);
+    rbs::write_fragments(&root.join("rbs-fragments"), DEVICE);
     write_rbs_views(&root.join("rbs-views"), DEVICE);
     peel::write_run(&root.join("peel"), DEVICE);
     approx::write_run(&root.join("approx"), DEVICE);
@@ -992,6 +993,26 @@ fn registers_stand_beside_times() {
     assert_eq!(of("rs", "32", "compile_ms"), "64");
     let ns = of("rs", "16", "ns_per_fragment").parse::<f64>().unwrap();
     assert!((ns - 50_000.0 * 0.4 / f64::from(96 * 54)).abs() < 1e-3, "{ns}");
+}
+
+#[test]
+fn fragments_of_128_bits_stand_beside_those_of_64() {
+    let root = tempfile::tempdir().unwrap();
+    rbs::write_fragments(&root.path().join("run"), DEVICE);
+    let output = drawn("rbs-fragments", &read(&[root.path().to_owned()]).unwrap());
+    assert_eq!(output.csv.rows.len(), 3 + 3 + 2);
+    let of = |sort: &str, sorted: &str, column: &str| {
+        field(&output, &[("sort", sort), ("sorted", sorted)], column)
+    };
+    assert_eq!(of("insertion", "128 bits, whole", "resolve_over_64_bits"), "3");
+    assert_eq!(of("insertion", "128 bits, by index", "resolve_over_64_bits"), "1.5");
+    assert_eq!(of("rbs", "128 bits, by index", "verdict"), "slower");
+    assert_eq!(of("network", "128 bits, by index", "verdict"), "same");
+    assert_eq!(of("rbs", "64 bits", "resolve_ms"), "0.2");
+    assert_eq!(of("rbs", "64 bits", "resolve_over_64_bits"), "");
+    let markdown = output.markdown();
+    assert!(markdown.contains("0.50 (0.50 to 0.50)"), "{markdown}");
+    assert!(markdown.contains("1.10 (1.10 to 1.10)"), "{markdown}");
 }
 
 #[test]

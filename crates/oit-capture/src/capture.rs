@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use oit_fragments::{DepthHistogram, Lfb, LfbError};
+use oit_fragments::{DepthHistogram, Element, Lfb, LfbError};
 use oit_gpu::{Buffer, DepthStencil, Pass, Target};
 
 use crate::{Geometry, LfbReader};
@@ -39,6 +39,11 @@ pub trait Capture: Sync {
         None
     }
 
+    /// What its reader gives of a fragment, and a resolve sorts.
+    fn element(&self) -> Element {
+        Element::Narrow
+    }
+
     /// Whether the i-th fragment of a pixel can be read without reading those before it.
     fn random_access(&self) -> bool;
 
@@ -66,6 +71,12 @@ pub trait Capture: Sync {
     /// and no more than a cap for every pixel, rather than those that came first: then two runs
     /// keep the same, and [`Capture::count_wgsl`] counts what is kept.
     fn keeps_nearest(&self) -> bool {
+        false
+    }
+
+    /// Whether its reader meets each pixel's fragments nearest first, in their total order: they were
+    /// sorted as they were captured, and a resolve that does not sort is exact.
+    fn delivers_sorted(&self) -> bool {
         false
     }
 

@@ -8,6 +8,8 @@ mod linearized;
 mod linearized_nearest;
 mod linearized_unclipped;
 mod linked_list;
+mod linked_list_sorted;
+mod linked_list_wide;
 mod linked_pages;
 mod nearest;
 mod rewrite;
@@ -23,12 +25,16 @@ pub use linearized::Linearized;
 pub use linearized_nearest::LinearizedNearest;
 pub use linearized_unclipped::LinearizedUnclipped;
 pub use linked_list::LinkedList;
+pub use linked_list_sorted::LinkedListSorted;
+pub use linked_list_wide::LinkedListWide;
 pub use linked_pages::LinkedPages;
 
 /// Every capture method.
 pub const CAPTURES: &[&dyn Capture] = &[
     &LinkedList::EACH,
     &LinkedList::SUBGROUPS,
+    &LinkedList::BLEND,
+    &LinkedListSorted::PATIENT,
     &LinkedPages::new(4),
     &LinkedPages::new(6),
     &Linearized::BLOCKS,
@@ -42,6 +48,10 @@ pub const CAPTURES: &[&dyn Capture] = &[
     &Array3dNearest,
 ];
 
+/// Captures of fragments of 128 bits, which few sorts take, or by depth alone: they are found by name,
+/// and are in no `all`.
+pub const WIDE: &[&dyn Capture] = &[&LinkedListWide::DIRECT, &LinkedListWide::INDIRECT];
+
 /// Captures that are kept to show what is wrong with them: they do not agree with the others, and
 /// are found by name alone.
 pub const FAULTY: &[&dyn Capture] =
@@ -52,12 +62,12 @@ pub const FAULTY: &[&dyn Capture] =
 #[error("{0}")]
 pub struct UnknownCapture(pub Problem);
 
-/// The capture method of this name, a faulty one too.
+/// The capture method of this name, one of wide fragments and a faulty one too.
 ///
 /// # Errors
 /// Where there is none.
 pub fn capture(name: &str) -> Result<&'static dyn Capture, UnknownCapture> {
-    let all = || CAPTURES.iter().chain(FAULTY);
+    let all = || CAPTURES.iter().chain(WIDE).chain(FAULTY);
     let names = || all().map(|capture| capture.name());
     let found = all().find(|capture| capture.name() == name);
     found.copied().ok_or_else(|| UnknownCapture(Problem::unknown("capture", name, names())))

@@ -77,14 +77,18 @@ pub(crate) fn count_pass(request: &CaptureRequest, counts: &str) -> Pass {
 pub(crate) fn count_by_blending(request: &CaptureRequest) -> Pass {
     let wgsl = request.geometry.positions_wgsl() + COUNT_BY_BLENDING;
     let shader = Shader::new(format!("count: fragments into {COUNTED} by blending"), wgsl);
-    let color = ColorAttachment {
+    let draw = request.geometry.draw_positions();
+    Pass::raster("count", Raster { color: vec![counting()], ..Raster::new(shader, draw) })
+}
+
+/// The target of counts as an attachment: cleared, and what is drawn is added.
+fn counting() -> ColorAttachment {
+    ColorAttachment {
         target: COUNTED.into(),
         load: Load::Clear([0.0; 4]),
         blend: Some(Blend::Add),
         write: true,
-    };
-    let draw = request.geometry.draw_positions();
-    Pass::raster("count", Raster { color: vec![color], ..Raster::new(shader, draw) })
+    }
 }
 
 /// The target of counts: a 32-bit float a pixel.
@@ -115,6 +119,19 @@ pub(crate) fn capture_pass(request: &CaptureRequest, label: &str, fs: &[&str]) -
     let wgsl = request.geometry.scene_wgsl() + &fs.concat();
     let shader = Shader::new(format!("capture: {label}"), wgsl);
     pass("capture", shader, request.geometry.draw(), request.mark.cloned())
+}
+
+/// The same where `fs` also gives 1 for each fragment, which is added to its pixel of a target of
+/// [`counted`].
+pub(crate) fn capture_and_count_pass(request: &CaptureRequest, label: &str, fs: &[&str]) -> Pass {
+    let wgsl = request.geometry.scene_wgsl() + &fs.concat();
+    let shader = Shader::new(format!("capture: {label}"), wgsl);
+    let raster = Raster {
+        color: vec![counting()],
+        depth_stencil: request.mark.cloned(),
+        ..Raster::new(shader, request.geometry.draw())
+    };
+    Pass::raster("capture", raster)
 }
 
 /// A drawing pass that writes buffers alone. No depth or stencil test rejects anything, so no fragment

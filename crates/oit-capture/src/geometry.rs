@@ -228,7 +228,8 @@ impl LfbReader<'_> {
         self.elements("fragments", count)
     }
 
-    fn elements<T: bytemuck::AnyBitPattern>(
+    /// The first `count` elements of a buffer.
+    pub(crate) fn elements<T: bytemuck::AnyBitPattern>(
         &mut self,
         buffer: &'static str,
         count: u64,

@@ -13,7 +13,8 @@ mod spheres;
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
     Array3d, Array3dNearest, CAPTURES, FAULTY, Interleaved, InterleavedLists, Linearized,
-    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedPages, UnknownCapture, capture,
+    LinearizedNearest, LinearizedUnclipped, LinkedList, LinkedListSorted, LinkedListWide,
+    LinkedPages, UnknownCapture, WIDE, capture,
 };
 pub use draw::count_plan;
 pub use frame::Frame;

@@ -3,7 +3,7 @@
 mod support;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use oit_capture::{CAPTURES, CaptureRequest, Geometry, MeshBytes, count_plan};
+use oit_capture::{CAPTURES, CaptureRequest, Geometry, MeshBytes, WIDE, count_plan};
 use oit_fragments::DepthHistogram;
 use oit_gpu::{Contents, Plan};
 use std::sync::Arc;
@@ -26,6 +26,7 @@ fn geometry(width_px: u32, height_px: u32) -> Geometry {
 fn plans(request: &CaptureRequest) -> Vec<Plan> {
     CAPTURES
         .iter()
+        .chain(WIDE)
         .map(|capture| capture_plan(*capture, request))
         .chain([count_plan(request.geometry, request.width_px, request.height_px)])
         .collect()
@@ -62,6 +63,9 @@ fn stages_are_those_of_the_chapter() {
         ("linearized_sweep", &["clear", "count", "scan", "capture"]),
         ("linearized_lookback", &["clear", "count", "scan", "capture"]),
         ("linked_list_subgroup", &["clear", "capture"]),
+        ("linked_list_blend", &["clear", "capture", "count"]),
+        ("linked_list_sorted", &["clear", "capture"]),
+        ("linked_list128", &["clear", "capture"]),
         ("array3d", &["clear", "capture"]),
         ("array3d_nearest", &["clear", "capture"]),
         ("linearized_nearest", &["clear", "count", "scan", "capture"]),

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use oit_capture::{
     Array3d, Array3dNearest, CAPTURES, Capture, CaptureError, Demand, FAULTY, Interleaved,
-    InterleavedLists, LfbReader, Linearized, LinearizedNearest, LinkedList, LinkedPages, Lists,
-    Usage, capture,
+    InterleavedLists, LfbReader, Linearized, LinearizedNearest, LinkedList, LinkedListSorted,
+    LinkedPages, Lists, Usage, WIDE, capture,
 };
 use oit_fragments::{DepthHistogram, Fragment, Lfb, LfbError};
 use oit_gpu::{Buffer, Contents, GpuError};
@@ -138,6 +138,91 @@ fn lists_that_are_none_are_refused() {
         short.unpack(&LinkedList::EACH),
         Err(CaptureError::Short { buffer: "heads", bytes: 15, expected: 16 })
     ));
+}
+
+#[test]
+fn sorted_lists_that_are_none_are_refused() {
+    let [near, far] = [0.25, 0.5].map(|depth| Fragment::new(depth, [1, 2, 3, 4]));
+    let lfb = Lfb::from_lists(2, 2, &[vec![far, near], vec![], vec![far], vec![near]]);
+    let capture = &LinkedListSorted::PATIENT;
+    let good = memory(capture, &lfb);
+    assert_eq!(good.unpack(capture).expect("undamaged").pixel(0), [near, far]);
+    let structure = |memory: &Memory, part: &str| match memory.unpack(capture) {
+        Err(CaptureError::Damaged(LfbError::Structure { what, .. })) => {
+            assert!(what.contains(part), "{what}");
+        }
+        other => panic!("{other:?}"),
+    };
+    let damaged = |buffer, word, value| {
+        let mut memory = good.clone();
+        memory.set(buffer, word, value);
+        memory
+    };
+    // Pixel 0 has the nodes 3 and then 0; the pixels' links come after those of four nodes.
+    structure(&damaged("links", 0, 4), "linked twice");
+    structure(&damaged("links", 2 * 4, 9), "node 8 of a pool in which 4 are used");
+    structure(&damaged("lost", 0, 1), "0 nodes are empty and 1 fragments were lost");
+    structure(&damaged("fragments", 2 * 3 + 1, !0), "fragment 1 is nearer");
+    assert!(matches!(damaged("links", 2 * 4, 0).unpack(capture), Err(CaptureError::Lost { .. })));
+    // A node of pixel 2 that found no place: in no list, and said to be lost.
+    let mut lost = good.clone();
+    for (buffer, word) in [("links", 2 * 6), ("fragments", 2), ("fragments", 3)] {
+        lost.set(buffer, word, 0);
+    }
+    structure(&lost, "1 nodes are empty and 0 fragments were lost");
+    lost.set("lost", 0, 1);
+    let left = lost.unpack(capture).expect("told");
+    assert_eq!((left.pixel(0).len(), left.pixel(2).len(), left.pixel(3).len()), (2, 0, 1));
+    // Whatever its size, the pool is said to be too small.
+    for pool in [4, 400] {
+        lost.pool_slots = pool;
+        let usage = lost.with(|read| capture.usage(read)).expect("reads");
+        assert_eq!(usage, Usage { fragments: 4, slots: pool + 1 });
+    }
+}
+
+#[test]
+fn fragments_of_128_bits_are_read_as_those_of_64() {
+    for capture in WIDE {
+        let name = capture.name();
+        for (seed, (width, height)) in [(1, 1), (7, 5), (3, 40)].into_iter().enumerate() {
+            let submitted = random_lfb(seed as u64, width, height);
+            let mut memory = memory(*capture, &submitted);
+            memory.pool_slots /= 2;
+            let mut expected = submitted.clone();
+            capture.order(&mut expected);
+            assert_eq!(memory.unpack(*capture).expect("undamaged"), expected, "{name}");
+            let fragments = submitted.fragments().len() as u64;
+            let usage = memory.with(|read| capture.usage(read)).expect("undamaged");
+            assert_eq!(usage, Usage { fragments, slots: fragments }, "{name}");
+            if fragments == 0 {
+                continue;
+            }
+            for word in 0..3 {
+                let mut damaged = memory.clone();
+                damaged.set("fragments", word, 0x3c00_3c01);
+                match damaged.unpack(*capture) {
+                    Err(CaptureError::Damaged(LfbError::Structure { what, .. })) => {
+                        assert!(what.contains("node 0 holds no colour"), "{what}");
+                    }
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+        }
+    }
+}
+
+/// What a resolve that does not sort relies on.
+#[test]
+fn captures_that_deliver_sorted_fragments_do() {
+    let sorted: Vec<_> = CAPTURES.iter().filter(|capture| capture.delivers_sorted()).collect();
+    assert_eq!(sorted.len(), 3);
+    for capture in CAPTURES {
+        let read = memory(*capture, &random_lfb(5, 9, 9)).unpack(*capture).expect("undamaged");
+        let in_order =
+            (0..read.pixels()).all(|pixel| read.pixel(pixel).is_sorted_by_key(|f| f.key()));
+        assert_eq!(in_order, capture.delivers_sorted(), "{}", capture.name());
+    }
 }
 
 #[test]
@@ -378,8 +463,13 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
         let reason = refuses(capture, &vec![1 << 24; 256]).expect("too many");
         assert!(reason.contains("4294967296 slots"), "{reason}");
     }
-    assert_eq!(refuses(&Linearized::BLEND, &[1 << 24]), None);
-    assert!(refuses(&Linearized::BLEND, &[(1 << 24) + 1]).is_some());
+    for capture in [&Linearized::BLEND as &dyn Capture, &LinkedList::BLEND] {
+        assert_eq!(refuses(capture, &[1 << 24]), None);
+        assert!(refuses(capture, &[(1 << 24) + 1]).is_some());
+    }
+    assert_eq!(refuses(&LinkedList::EACH, &[(1 << 24) + 1]), None);
+    assert_eq!(refuses(&LinkedListSorted::PATIENT, &[16_383]), None);
+    assert!(refuses(&LinkedListSorted::PATIENT, &[16_384]).is_some());
     for capture in CAPTURES {
         assert_eq!(refuses(*capture, &[0, 1, 500, 7]), None, "{}", capture.name());
     }
@@ -387,11 +477,11 @@ fn totals_that_a_capture_has_no_bits_for_are_refused() {
 
 #[test]
 fn names_are_found_and_an_unknown_one_lists_what_there_is() {
-    for registered in CAPTURES.iter().chain(FAULTY) {
+    for registered in CAPTURES.iter().chain(WIDE).chain(FAULTY) {
         let name = registered.name();
         assert_eq!(capture(name).expect("registered").name(), name);
         assert_eq!(
-            CAPTURES.iter().chain(FAULTY).filter(|other| other.name() == name).count(),
+            CAPTURES.iter().chain(WIDE).chain(FAULTY).filter(|other| other.name() == name).count(),
             1,
             "{name}"
         );
@@ -413,10 +503,10 @@ proptest! {
         let words = bytes(words);
         let names = [
             "heads", "nexts", "fragments", "node_count", "offsets", "total", "counts", "page_count",
-            "fills", "dropped", "rows", "row_total", "bases",
+            "fills", "dropped", "rows", "row_total", "bases", "links", "lost",
         ];
         let names = names.into_iter().enumerate();
-        let part = |i: usize| words[(i * words.len() / 26) & !3..].to_vec();
+        let part = |i: usize| words[(i * words.len() / 30) & !3..].to_vec();
         let buffers = names.map(|(i, name)| (name.to_owned(), part(i))).collect();
         let memory = Memory { width_px, height_px, pool_slots, buffers };
         for capture in CAPTURES {

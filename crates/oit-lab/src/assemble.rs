@@ -342,6 +342,7 @@ fn program(
             name: capture.name(),
             wgsl: &layout,
             random_access: capture.random_access(),
+            element: capture.element(),
         },
         strategy,
         spec,

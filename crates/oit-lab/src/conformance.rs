@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use oit_bma::{Interval, Intervals};
-use oit_fragments::{Fragment, Ties};
+use oit_fragments::{Element, Fragment, Ties};
 use oit_gpu::{Buffer, Device, Dispatch, GpuError, Pass, Plan, Shader};
 use oit_record::Conformance;
 use oit_sort::{
@@ -90,7 +90,7 @@ pub fn emitted(
         LAYOUT.to_owned()
     };
     let program = Program {
-        layout: Layout { name: "given", wgsl: &wgsl, random_access },
+        layout: Layout { name: "given", wgsl: &wgsl, random_access, element: Element::Narrow },
         strategy,
         spec,
         entry: Entry::Pixels,

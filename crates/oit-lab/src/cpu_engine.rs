@@ -5,7 +5,7 @@ use std::time::Instant;
 use oit_capture::{
     Capture, Drawn, rasterize, rasterize_counts, rasterize_sphere_counts, rasterize_spheres,
 };
-use oit_fragments::{DepthHistogram, Lfb};
+use oit_fragments::{DepthHistogram, Element, Lfb};
 use oit_gpu::{Part, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
@@ -60,6 +60,9 @@ impl CpuEngine {
         }
         if technique.pool != Pool::WHOLE {
             return Err(CellError::Unsupported("the CPU backend has no pool to run out of".into()));
+        }
+        if technique.capture.element() != Element::Narrow {
+            return Err(CellError::Unsupported("the twins sort fragments of 64 bits".into()));
         }
         needs_lists(technique)?;
         let (_, histogram) = self.view()?;

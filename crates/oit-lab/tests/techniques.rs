@@ -3,7 +3,7 @@
 
 mod support;
 
-use oit_capture::{Accuracy, CAPTURES, Geometry, Method, MethodRequest};
+use oit_capture::{Accuracy, CAPTURES, Geometry, Method, MethodRequest, WIDE};
 use oit_fragments::{DepthHistogram, Lfb, Ties, oracle};
 use oit_gpu::Plan;
 use oit_lab::{
@@ -150,10 +150,10 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
                 else {
                     continue;
                 };
-                let inexact =
-                    technique.sort.parts().iter().any(|part| {
-                        !part.strategy.sorts() || part.strategy.error_bound().is_some()
-                    });
+                let sorted = technique.capture.delivers_sorted();
+                let inexact = technique.sort.parts().iter().any(|part| {
+                    !(part.strategy.sorts() || sorted) || part.strategy.error_bound().is_some()
+                });
                 let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
                 assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
                 ran += 1;
@@ -258,6 +258,116 @@ fn fragments_are_sorted_where_they_were_captured() {
         let refused = engine.prepare(&technique).expect_err("it would spoil what is uploaded");
         assert!(matches!(refused, CellError::Unsupported(_)), "{refused}");
     }
+}
+
+/// Fragments sorted as they were captured need no sort: what does not sort is judged as exact, and is
+/// found wrong where its order is.
+#[test]
+fn what_was_sorted_during_capture_is_exact_unsorted() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        engine.open_view(stack(40, SIZE)).expect("the view opens");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let mut ran = 0;
+        for capture in CAPTURES.iter().filter(|capture| capture.delivers_sorted()) {
+            for rest in [
+                "base/passthrough/compute/peak",
+                "base/unsorted/compute/peak",
+                "bma-list/passthrough/compute/peak/ties-depth",
+                "bma-stencil/passthrough/fragment/peak",
+                "base/passthrough/compute/peak/pool40",
+                "base/passthrough/compute/peak/pool40-drop",
+            ] {
+                let name = format!("{}/{rest}", capture.name());
+                let technique: Technique = name.parse().expect("a technique");
+                let Some(result) = verify(&mut *engine, &mut verifier, &technique) else {
+                    continue;
+                };
+                let dropped = result.fragments_missing > 0;
+                assert_eq!(dropped, rest.ends_with("drop"), "{id} {name}");
+                let expected = if dropped { Verdict::Approximate } else { Verdict::Exact };
+                assert_eq!(result.verdict, expected, "{id} {name}: {:?}", result.note);
+                assert_eq!(result.pool_grown, u32::from(rest.ends_with("pool40")), "{id} {name}");
+                ran += 1;
+            }
+            // Cut short, it is as inexact as any.
+            let name = format!("{}/base/passthrough/compute/max12", capture.name());
+            let technique: Technique = name.parse().expect("a technique");
+            if let Some(result) = verify(&mut *engine, &mut verifier, &technique) {
+                assert_eq!(result.verdict, Verdict::Approximate, "{id} {name}");
+            }
+        }
+        println!("{id}: {ran} cells");
+        assert!(ran >= 6 || id != "cpu", "{id} ran {ran}");
+        let technique: Technique =
+            "linked_list/base/passthrough/compute/peak".parse().expect("a technique");
+        let result = verify(&mut *engine, &mut verifier, &technique).expect("it is supported");
+        assert_eq!(result.verdict, Verdict::Approximate, "{id}: {:?}", result.note);
+    }
+}
+
+/// Fragments of 128 bits, sorted whole or by index, give the same picture; what cannot sort them is
+/// refused, with the reason.
+#[test]
+fn fragments_of_128_bits_are_exact() {
+    for id in support::gpus() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        for view in [soup(0, SIZE), stack(40, SIZE)] {
+            engine.open_view(view).expect("the view opens");
+            let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+            let mut check = |name: String, refusal: Option<&str>| {
+                let technique: Technique = name.parse().expect("a technique");
+                match (engine.prepare(&technique), refusal) {
+                    (Ok((ready, preparation)), None) => {
+                        let result = verifier.verify(&mut *engine, &technique, ready, &preparation);
+                        let result = result.unwrap_or_else(|error| panic!("{id} {name}: {error}"));
+                        let (verdict, note) = (result.verdict, result.note);
+                        assert_eq!(verdict, Verdict::Exact, "{id} {name}: {note:?}");
+                        assert!(result.fragments_compared, "{id} {name}");
+                    }
+                    (Err(CellError::Unsupported(reason)), Some(part)) => {
+                        assert!(reason.contains(part), "{id} {name}: {reason}");
+                    }
+                    (result, _) => panic!("{id} {name}: {:?}", result.map(|_| ())),
+                }
+            };
+            for capture in WIDE {
+                let name = capture.name();
+                for rest in [
+                    "base/rbs8/compute/peak/ties-depth",
+                    "bma-list/insertion/compute/peak/ties-depth",
+                    "bma-stencil/insertion/fragment/peak/ties-depth",
+                    "base-stencil/merge/fragment/peak/ties-depth/pool30",
+                ] {
+                    check(format!("{name}/{rest}"), None);
+                }
+                let global = format!("{name}/base/rbs8-global/compute/peak/ties-depth");
+                check(global, Some("cannot be written back to"));
+            }
+            for sort in ["insertion", "merge", "rbs8"] {
+                check(format!("linked_list128/base/{sort}/compute/peak"), None);
+                let indirect = format!("linked_list128_indirect/base/{sort}/compute/peak");
+                check(indirect, Some("use ties-depth"));
+            }
+            for sort in ["network", "heap", "insertion-workgroup"] {
+                let direct = format!("linked_list128/base/{sort}/compute/peak/ties-depth");
+                check(direct, Some("holds fragments of 64 bits"));
+            }
+            for sort in ["heap", "insertion-workgroup"] {
+                let indirect =
+                    format!("linked_list128_indirect/base/{sort}/compute/peak/ties-depth");
+                check(indirect, None);
+            }
+        }
+    }
+    let cache = support::cache();
+    let mut engine = open_engine("cpu", cache.path()).expect("the CPU");
+    engine.open_view(soup(0, SIZE)).expect("the view opens");
+    let technique = "linked_list128/base/rbs/compute/peak".parse().expect("a technique");
+    let refused = engine.prepare(&technique).expect_err("its twin has another fragment");
+    assert!(matches!(refused, CellError::Unsupported(_)), "{refused}");
 }
 
 /// A kernel that ends early is off by what it says, no more, and not exact.

@@ -2,6 +2,7 @@
 
 use crate::{STRATEGIES, SortSpec, SortStrategy, Store, store_name};
 use minijinja::{Environment, UndefinedBehavior, context};
+use oit_fragments::{Element, Ties};
 use std::fmt::Write as _;
 
 /// Everything that makes a resolve program.
@@ -31,6 +32,11 @@ pub struct Program<'a> {
 /// For [`Store::Global`](crate::Store) the fragments may be written, and it also defines
 /// `fn lfb_cursor() -> u32`, where the next fragment is, `fn lfb_seek(cursor: u32)`, after which that
 /// one is the next again, and `fn lfb_put(f: vec2<u32>)`, which writes it and goes on to the one after.
+///
+/// Fragments of 128 bits are `vec4<u32>`: in x, y and z halves, whole 255ths, from the low one on red,
+/// green, blue, and the opacity for red, for green and for blue; in w the depth key. As
+/// [`Element::Wide`] that is what is read. As [`Element::Index`] it is x where a fragment lies and y its
+/// depth key, and `fn lfb_payload(index: u32) -> vec3<u32>` gives the rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout<'a> {
     /// The capture's name.
@@ -39,6 +45,8 @@ pub struct Layout<'a> {
     pub wgsl: &'a str,
     /// Whether the i-th fragment can be read without reading those before it.
     pub random_access: bool,
+    /// What is read of a fragment, and sorted.
+    pub element: Element,
 }
 
 /// How a resolve program is started.
@@ -141,6 +149,17 @@ pub enum ProgramError {
         /// The strategy.
         strategy: &'static str,
     },
+    /// The strategy takes fragments apart into two words, or its store is laid out for two.
+    #[error("sort {strategy:?} holds fragments of 64 bits, not of 128")]
+    Wide {
+        /// The strategy and its store.
+        strategy: String,
+    },
+    /// An index is no colour.
+    #[error(
+        "indirect sorting holds depth and an index, and ties-total needs the colour: use ties-depth"
+    )]
+    TiesOfIndices,
     /// Emitting is for compute entries.
     #[error("a fragment shader cannot emit fragments: use a compute entry")]
     EmitFromFragment,
@@ -223,6 +242,15 @@ impl Program<'_> {
         if self.output == Output::Emit && self.entry == Entry::Fragment {
             return Err(ProgramError::EmitFromFragment);
         }
+        let is_wide = self.layout.element == Element::Wide;
+        let laid_out = matches!(self.spec.store, Store::Workgroup | Store::Global);
+        if is_wide && (laid_out || !self.strategy.sorts_wide()) {
+            let strategy = store_name(self.strategy, self.spec.store);
+            return Err(ProgramError::Wide { strategy });
+        }
+        if self.layout.element == Element::Index && self.spec.ties == Ties::Total {
+            return Err(ProgramError::TiesOfIndices);
+        }
         let lanes = self.strategy.lanes(&self.spec);
         if lanes > 1 && self.entry == Entry::Fragment {
             return Err(ProgramError::FragmentStage { strategy, lanes });
@@ -253,6 +281,11 @@ impl Program<'_> {
             ties => spec.ties.name(),
             store => spec.store.name(),
             random_access => self.layout.random_access,
+            element => match self.layout.element {
+                Element::Narrow => "narrow",
+                Element::Wide => "wide",
+                Element::Index => "index",
+            },
             values => self.strategy.values(spec),
             emit => self.output == Output::Emit,
             entry, list, first,

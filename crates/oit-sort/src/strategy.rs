@@ -66,6 +66,12 @@ pub trait SortStrategy: Sync {
         1
     }
 
+    /// Whether its kernel looks into fragments by `behind` alone, so that they may be of 128 bits
+    /// ([`Element::Wide`](oit_fragments::Element)) where its arrays are the function's own.
+    fn sorts_wide(&self) -> bool {
+        false
+    }
+
     /// Whether its output is in order at all. `false` only for what sorting is measured against.
     fn sorts(&self) -> bool {
         true

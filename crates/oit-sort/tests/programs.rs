@@ -1,7 +1,7 @@
 //! Every program parses and validates, small ones are as kept, and bad specs are refused.
 
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
-use oit_fragments::Ties;
+use oit_fragments::{Element, Ties};
 use oit_sort::{
     Entry, Layout, Output, Program, ProgramError, STRATEGIES, SortSpec, SortStrategy, Store,
     WORKGROUP_BYTES, store_name, strategy, workgroups,
@@ -67,7 +67,12 @@ fn layout(store: Store) -> String {
 
 fn program(strategy: &dyn SortStrategy, min_frags: u32, max_frags: u32) -> Program<'_> {
     Program {
-        layout: Layout { name: "linear", wgsl: LINEAR, random_access: true },
+        layout: Layout {
+            name: "linear",
+            wgsl: LINEAR,
+            random_access: true,
+            element: Element::Narrow,
+        },
         strategy,
         spec: SortSpec { min_frags, max_frags, ties: Ties::Total, store: strategy.stores()[0] },
         entry: Entry::Pixels,
@@ -82,8 +87,10 @@ fn validate(wgsl: &str) {
     let wgsl = &wgsl.replace("enable subgroups;", "");
     let module = naga::front::wgsl::parse_str(wgsl)
         .unwrap_or_else(|error| panic!("{}\n{wgsl}", error.emit_to_string(wgsl)));
-    let capabilities =
-        Capabilities::EARLY_DEPTH_TEST | Capabilities::SUBGROUP | Capabilities::SHADER_INT64;
+    let capabilities = Capabilities::EARLY_DEPTH_TEST
+        | Capabilities::SUBGROUP
+        | Capabilities::SHADER_INT64
+        | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     let mut validator = Validator::new(ValidationFlags::all(), capabilities);
     validator
         .subgroup_stages(ShaderStages::COMPUTE)
@@ -201,6 +208,67 @@ fn small_programs_are_as_kept() {
     let mut emit = program(strategy("passthrough").unwrap(), 1, 8);
     (emit.entry, emit.output) = (Entry::List { list: 3, first: 64 }, Output::Emit);
     insta::assert_snapshot!("passthrough_list_emit", emit.wgsl().unwrap());
+}
+
+/// The layout of [`LINEAR`] with fragments of 128 bits, sorted as they are or by index.
+fn wide(element: Element) -> String {
+    if element == Element::Wide {
+        return LINEAR.replace("vec2<u32>", "vec4<u32>");
+    }
+    let by_index = |place: &str| format!("vec2<u32>({place}, pool[{place}].w)");
+    let linear = LINEAR.replace("array<vec2<u32>>", "array<vec4<u32>>");
+    linear
+        .replace("let f = pool[lfb_cursor]", &format!("let f = {}", by_index("lfb_cursor")))
+        .replace("return pool[lfb_first + i]", &format!("return {}", by_index("(lfb_first + i)")))
+        + "\nfn lfb_payload(index: u32) -> vec3<u32> {\n    return pool[index].xyz;\n}\n"
+}
+
+/// Every strategy sorts indices, by depth; those that say so sort fragments of 128 bits.
+#[test]
+fn fragments_of_128_bits_are_sorted_or_refused() {
+    let mut direct = 0;
+    for strategy in STRATEGIES {
+        for element in [Element::Wide, Element::Index] {
+            let text = wide(element);
+            for (max_frags, ties, output, store) in [
+                (8, Ties::Depth, Output::Composite),
+                (8, Ties::Total, Output::Composite),
+                (40, Ties::Depth, Output::Emit),
+                (300, Ties::Depth, Output::Composite),
+            ]
+            .into_iter()
+            .flat_map(|(n, ties, output)| {
+                strategy.stores().iter().map(move |s| (n, ties, output, *s))
+            }) {
+                let mut program = program(*strategy, 1, max_frags);
+                (program.layout.wgsl, program.layout.element) = (&text, element);
+                (program.spec.ties, program.spec.store, program.output) = (ties, store, output);
+                if strategy.limit_in(store).is_some_and(|limit| max_frags > limit) {
+                    continue;
+                }
+                let laid_out = matches!(store, Store::Workgroup | Store::Global);
+                if element == Element::Wide && (laid_out || !strategy.sorts_wide()) {
+                    let error = program.wgsl().unwrap_err();
+                    assert!(matches!(error, ProgramError::Wide { .. }), "{error}");
+                } else if element == Element::Index && ties == Ties::Total {
+                    let error = program.wgsl().unwrap_err();
+                    assert!(matches!(error, ProgramError::TiesOfIndices), "{error}");
+                } else if store != Store::Global {
+                    validate(&program.wgsl().unwrap());
+                    direct += u32::from(element == Element::Wide);
+                }
+            }
+        }
+    }
+    assert!(direct >= 20, "{direct} programs of whole fragments");
+    for (element, name) in [(Element::Wide, "insertion_wide"), (Element::Index, "insertion_index")]
+    {
+        let text = wide(element);
+        let mut program = program(strategy("insertion").unwrap(), 1, 4);
+        (program.layout.wgsl, program.layout.element) = (&text, element);
+        program.spec.ties = if element == Element::Wide { Ties::Total } else { Ties::Depth };
+        insta::assert_snapshot!(name, program.wgsl().unwrap());
+    }
 }
 
 #[test]

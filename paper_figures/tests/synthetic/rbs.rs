@@ -113,6 +113,50 @@ fn made() -> Vec<Made> {
     all
 }
 
+/// Fragments of 64 bits and of 128, on one view: the capture, what it takes to resolve by insertion
+/// and what by rbs.
+const FRAGMENTS: [(&str, u64, u64); 3] = [
+    ("linked_list", 400_000, 200_000),
+    ("linked_list128", 1_200_000, 300_000),
+    ("linked_list128_indirect", 600_000, 330_000),
+];
+
+/// Writes a run folder with [`FRAGMENTS`].
+pub(crate) fn write_fragments(folder: &Path, device: &str) {
+    let name =
+        |capture: &str, sort: &str| format!("{capture}/base/{sort}/fragment/peak/ties-depth");
+    let techniques = FRAGMENTS.iter().flat_map(|(capture, insertion, rbs)| {
+        [(name(capture, "insertion"), *insertion), (name(capture, "rbs"), *rbs)]
+    });
+    // Nobody sorts whole fragments of 128 bits by a network.
+    let networks =
+        ["linked_list", "linked_list128_indirect"].map(|c| (name(c, "network"), 100_000));
+    let all: Vec<(String, u64)> = techniques.chain(networks).collect();
+    let cells = all.iter().map(|(technique, _)| Cell {
+        technique: technique.clone(),
+        scene: "planes".to_owned(),
+        view: "front".to_owned(),
+        width_px: WIDTH_PX,
+        height_px: HEIGHT_PX,
+    });
+    let cells: Vec<Cell> = cells.collect();
+    let mut writer = RunWriter::create(folder, &run_of(device, cells.clone())).unwrap();
+    let histogram = super::histogram("planes", 60);
+    let group = cells[0].group();
+    writer.append(&Event::Counted { group, triangles: 16, histogram }).unwrap();
+    for (cell, (technique, ns)) in all.iter().enumerate() {
+        let result = verification(technique, 60);
+        writer.append(&Event::Verified { cell, result }).unwrap();
+        for sample in 0..3 {
+            let stages_ns =
+                BTreeMap::from([("resolve".to_owned(), *ns), ("capture".to_owned(), 900_000)]);
+            let (parts_ns, total_ns) = (BTreeMap::new(), ns + 900_000);
+            writer.append(&Event::Sample { cell, sample, stages_ns, parts_ns, total_ns }).unwrap();
+        }
+    }
+    writer.append(&Event::Finished { wall_s: 1.0 }).unwrap();
+}
+
 /// Writes the run folder.
 pub(crate) fn write_run(folder: &Path, device: &str) {
     let all = made();

@@ -53,6 +53,10 @@ impl Capture for Array3dNearest {
         true
     }
 
+    fn delivers_sorted(&self) -> bool {
+        true
+    }
+
     fn slots(&self, demand: &Demand) -> u64 {
         layer_slots(demand.counts.len() as u64) * u64::from(demand.histogram.peak())
     }

@@ -71,6 +71,10 @@ impl Capture for LinearizedNearest {
         true
     }
 
+    fn delivers_sorted(&self) -> bool {
+        true
+    }
+
     fn slots(&self, demand: &Demand) -> u64 {
         demand.histogram.total()
     }

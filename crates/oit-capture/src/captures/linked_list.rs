@@ -1,4 +1,4 @@
-//! `linked_list`, `linked_list_subgroup`: a list of nodes a pixel.
+//! `linked_list`, `linked_list_subgroup`, `linked_list_blend`: a list of nodes a pixel.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,7 +8,10 @@ use oit_gpu::{Buffer, Pass};
 use rayon::prelude::*;
 
 use super::rewrite::rewritable;
-use crate::draw::{capture_pass, coverage, pixel_buffer, pool_slots};
+use crate::draw::{
+    MOST_BLENDED, capture_and_count_pass, capture_pass, copy_counted, counted, coverage,
+    pixel_buffer, pool_slots,
+};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage,
     fragments_buffer, words_buffer,
@@ -19,12 +22,23 @@ use crate::{
 /// invocation asks the counter for as many nodes as its subgroup has fragments.
 ///
 /// Buffers: `heads` (a `u32` a pixel: 0, or the newest node plus one), `nexts` (a `u32` a node, the
-/// same), `fragments` (a `vec2<u32>` a node), `node_count` (one `u32`), and `counts` if asked for.
+/// same), `fragments` (a `vec2<u32>` a node), `node_count` (one `u32`), and `counts` if asked for: by
+/// an atomic addition a fragment, or for [`LinkedList::BLEND`] by blending 1 into a target of floats
+/// in the pass that captures, which is copied to the buffer afterwards.
 #[derive(Clone, Copy, Debug)]
 pub struct LinkedList {
+    name: &'static str,
+    summary: &'static str,
+    citation: &'static str,
     /// Whether the counter is asked once a subgroup, else once a fragment.
-    pub subgroups: bool,
+    subgroups: bool,
+    /// Whether a pixel's fragments are counted by blending.
+    blending: bool,
 }
+
+const CITATION: &str = "Yang et al., Real-Time Concurrent Linked List Construction on the GPU, EGSR \
+                        2010; Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL \
+                        Insights, 2012, section 20.3";
 
 /// For capture passes that need not count.
 pub(super) const UNCOUNTED: &str = "\nfn count_fragment(pixel: u32) {}\n\n";
@@ -90,29 +104,46 @@ pub(super) fn follow(
 
 impl LinkedList {
     /// The counter is asked once a fragment.
-    pub const EACH: Self = Self { subgroups: false };
+    pub const EACH: Self = Self {
+        name: "linked_list",
+        summary: "A linked list a pixel, its nodes handed out by one atomic counter, in one pass.",
+        citation: CITATION,
+        subgroups: false,
+        blending: false,
+    };
     /// The counter is asked once a subgroup.
-    pub const SUBGROUPS: Self = Self { subgroups: true };
+    pub const SUBGROUPS: Self = Self {
+        name: "linked_list_subgroup",
+        summary: "A linked list a pixel, its nodes handed out by one atomic addition a subgroup, in \
+                  one pass.",
+        subgroups: true,
+        ..Self::EACH
+    };
+    /// Counts by additive blending. Needs a device that blends 32-bit floats, and refuses views with
+    /// more than 2^24 fragments on a pixel.
+    pub const BLEND: Self = Self {
+        name: "linked_list_blend",
+        summary: "linked_list with each pixel's fragments counted by additive blending in the same \
+                  pass, and the counts copied.",
+        citation: "Knowles et al., Backwards Memory Allocation and Improved OIT, Pacific Graphics \
+                   2013, section 3; Knowles et al., Efficient Layered Fragment Buffer Techniques, \
+                   OpenGL Insights, 2012, section 20.4.1",
+        blending: true,
+        ..Self::EACH
+    };
 }
 
 impl Capture for LinkedList {
     fn name(&self) -> &'static str {
-        if self.subgroups { "linked_list_subgroup" } else { "linked_list" }
+        self.name
     }
 
     fn summary(&self) -> &'static str {
-        if self.subgroups {
-            "A linked list a pixel, its nodes handed out by one atomic addition a subgroup, in one \
-             pass."
-        } else {
-            "A linked list a pixel, its nodes handed out by one atomic counter, in one pass."
-        }
+        self.summary
     }
 
     fn citation(&self) -> &'static str {
-        "Yang et al., Real-Time Concurrent Linked List Construction on the GPU, EGSR 2010; \
-         Knowles et al., Efficient Layered Fragment Buffer Techniques, OpenGL Insights, 2012, \
-         section 20.3"
+        self.citation
     }
 
     fn layout_wgsl(&self) -> Cow<'static, str> {
@@ -139,6 +170,12 @@ impl Capture for LinkedList {
         demand.histogram.total()
     }
 
+    fn refuses(&self, demand: &Demand) -> Option<String> {
+        let peak = demand.histogram.peak();
+        (self.blending && peak > MOST_BLENDED)
+            .then(|| format!("{peak} fragments on a pixel: blending counts {MOST_BLENDED}"))
+    }
+
     fn build(&self, request: &CaptureRequest) -> CapturePasses {
         let slots = pool_slots(request.pool_slots);
         let mut buffers = request.geometry.buffers();
@@ -148,9 +185,24 @@ impl Capture for LinkedList {
             Buffer::new("nexts", 4 * slots),
             Buffer::new("fragments", 8 * slots),
         ]);
+        let mut targets = vec![coverage(request)];
         let mut passes = vec![Pass::clear("clear", "heads"), Pass::clear("clear", "node_count")];
-        let counted = if request.counts {
+        if request.counts {
             buffers.push(pixel_buffer("counts", request));
+        }
+        if request.counts && self.blending {
+            targets.push(counted(request));
+            let fs = [
+                UNCOUNTED,
+                include_str!("linked_list.wgsl"),
+                include_str!("linked_list_blended.wgsl"),
+            ];
+            let words = u64::from(request.width_px) * u64::from(request.height_px);
+            passes.push(capture_and_count_pass(request, self.name, &fs));
+            passes.push(copy_counted(request, "counts", words));
+            return CapturePasses { buffers, targets, passes, lists_at: None };
+        }
+        let counting = if request.counts {
             passes.push(Pass::clear("clear", "counts"));
             include_str!("linked_list_counted.wgsl")
         } else {
@@ -161,9 +213,9 @@ impl Capture for LinkedList {
         } else {
             include_str!("linked_list_each.wgsl")
         };
-        let fs = [counted, include_str!("linked_list.wgsl"), fs];
-        passes.push(capture_pass(request, self.name(), &fs));
-        CapturePasses { buffers, targets: vec![coverage(request)], passes, lists_at: None }
+        let fs = [counting, include_str!("linked_list.wgsl"), fs];
+        passes.push(capture_pass(request, self.name, &fs));
+        CapturePasses { buffers, targets, passes, lists_at: None }
     }
 
     fn usage(&self, read: &mut LfbReader) -> Result<Usage, CaptureError> {

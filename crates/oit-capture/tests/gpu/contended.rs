@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use oit_capture::{Array3dNearest, LinkedPages};
+use oit_capture::{Array3dNearest, LinkedListSorted, LinkedPages};
 use oit_gpu::{Dispatch, Pass, Shader, Work};
 
 use super::*;
@@ -22,13 +22,14 @@ fn depth_key(invocation: u32) -> u32 {
     0x8000_0000 | (invocation * 7919 % INVOCATIONS)
 }
 
-/// Runs what a capture does with each fragment in `INVOCATIONS` invocations, each of which stores
-/// its number as a colour.
+/// Runs what a capture does with each fragment in this many invocations, each of which stores its
+/// number as a colour.
 fn store(
     device: &mut dyn Device,
     capture: &dyn Capture,
     histogram: &DepthHistogram,
     pool: u64,
+    invocations: u32,
 ) -> Ran {
     let geometry = &Geometry::new(&Mesh::default(), &UNLIT, &pixel_camera(8, 8), SIZE.0, SIZE.1);
     let request = &CaptureRequest { pool_slots: pool, ..request(geometry, SIZE, histogram) };
@@ -44,7 +45,7 @@ fn store(
             store_fragment(pixel, vec2<u32>(id.x, depth_key));
         }}"
     );
-    let dispatch = Dispatch::Workgroups([INVOCATIONS / 64, 1, 1]);
+    let dispatch = Dispatch::Workgroups([invocations / 64, 1, 1]);
     *capturing = Pass::compute("capture", Shader::new("stores", wgsl), dispatch);
     let id = device.prepare(&plan).expect("the plan is sound");
     device.poison(id).expect("fills");
@@ -57,10 +58,10 @@ fn store(
     Ran { lfb: capture.unpack(&mut reader).expect("undamaged"), usage, counted }
 }
 
-/// The counts that all invocations together come to.
-fn all_counts() -> Vec<u32> {
+/// The counts that so many invocations together come to.
+fn all_counts(invocations: u32) -> Vec<u32> {
     let mut counts = vec![0; 5];
-    (0..INVOCATIONS).for_each(|i| counts[pixel(i) as usize] += 1);
+    (0..invocations).for_each(|i| counts[pixel(i) as usize] += 1);
     counts
 }
 
@@ -80,7 +81,7 @@ fn stored_once(lfb: &Lfb) -> usize {
 #[test]
 fn pages_lose_nothing_to_each_other() {
     on_every_device("contended pages", |device| {
-        let counts = all_counts();
+        let counts = all_counts(INVOCATIONS);
         let histogram = &DepthHistogram::from_counts(counts.iter().copied());
         let total = u64::from(INVOCATIONS);
         // Without patience every fragment that finds a full page fetches one.
@@ -89,7 +90,7 @@ fn pages_lose_nothing_to_each_other() {
         }) {
             let slots = capture.slots(&Demand { counts: &counts, histogram, lists: None });
             let room = total * u64::from(capture.page);
-            let full = store(device, &capture, histogram, room);
+            let full = store(device, &capture, histogram, room, INVOCATIONS);
             assert_eq!(full.usage.fragments, total, "{capture:?}");
             assert_eq!(stored_once(&full.lfb) as u64, total, "{capture:?}");
             assert_eq!(full.counted, counts, "{capture:?}");
@@ -99,7 +100,7 @@ fn pages_lose_nothing_to_each_other() {
                 full.usage.slots
             ));
             for pool in [1, u64::from(capture.page), slots / 3] {
-                let part = store(device, &capture, histogram, pool);
+                let part = store(device, &capture, histogram, pool, INVOCATIONS);
                 assert_eq!(part.usage.fragments, total, "{capture:?} in {pool}");
                 assert!(part.usage.slots >= total, "{capture:?} in {pool}");
                 let stored = stored_once(&part.lfb) as u64;
@@ -114,14 +115,14 @@ fn pages_lose_nothing_to_each_other() {
 #[test]
 fn the_nearest_push_the_others_on() {
     on_every_device("contended nearest", |device| {
-        let counts = all_counts();
+        let counts = all_counts(INVOCATIONS);
         let histogram = &DepthHistogram::from_counts(counts.iter().copied());
         let capture = &Array3dNearest;
         if !supported(device).iter().any(|other| other.name() == capture.name()) {
             return;
         }
         for layers in [1, 5, 32] {
-            let ran = store(device, capture, histogram, 5 * layers + 3);
+            let ran = store(device, capture, histogram, 5 * layers + 3, INVOCATIONS);
             assert_eq!(ran.usage.fragments, u64::from(INVOCATIONS));
             assert_eq!(ran.counted, counts);
             for at in 0..5 {
@@ -132,6 +133,50 @@ fn the_nearest_push_the_others_on() {
                 nearest.truncate(layers as usize);
                 assert_eq!(ran.lfb.pixel(at as usize), nearest, "pixel {at}");
             }
+        }
+    });
+}
+
+/// Few enough that every fragment has turns to pass all others of its pixel on a software device.
+const INSERTED: u32 = 64 * 32;
+
+#[test]
+fn a_sorted_list_loses_nothing_untold() {
+    on_every_device("contended insertion", |device| {
+        let name = LinkedListSorted::PATIENT.name();
+        if !supported(device).iter().any(|other| other.name() == name) {
+            return;
+        }
+        let (counts, total) = (all_counts(INSERTED), u64::from(INSERTED));
+        let histogram = &DepthHistogram::from_counts(counts.iter().copied());
+        let sorted = |at: u32| {
+            let own = (0..INSERTED).filter(|&i| pixel(i) == at);
+            let mut own: Vec<_> =
+                own.map(|i| Fragment { rgba: i, depth_key: depth_key(i) }).collect();
+            own.sort_by_key(|fragment| fragment.key());
+            own
+        };
+        for _ in 0..4 {
+            let capture = &LinkedListSorted::PATIENT;
+            let ran = store(device, capture, histogram, total, INSERTED);
+            assert_eq!(ran.usage, Usage { fragments: total, slots: total });
+            assert_eq!(ran.counted, counts);
+            for at in 0..5 {
+                assert_eq!(ran.lfb.pixel(at as usize), sorted(at), "pixel {at}");
+            }
+            let part = store(device, capture, histogram, total / 3, INSERTED);
+            assert_eq!(part.usage, Usage { fragments: total, slots: total });
+            assert_eq!((stored_once(&part.lfb) as u64, part.counted), (total / 3, counts.clone()));
+        }
+        // Whoever runs out of turns is told of, and is in no list and no count.
+        for turns in [0, 1, 40] {
+            let room = 2 * total;
+            let ran = store(device, &LinkedListSorted { turns }, histogram, room, INSERTED);
+            let stored = stored_once(&ran.lfb) as u64;
+            let lost = total - stored;
+            assert!(lost > 0 && (stored > 0) == (turns > 0), "{turns} turns: {stored} stored");
+            assert_eq!(ran.usage, Usage { fragments: total, slots: room + lost });
+            assert!(ran.lfb.counts().eq(ran.counted), "{turns} turns");
         }
     });
 }

@@ -27,6 +27,10 @@ impl SortStrategy for Insertion {
         &[Store::Local, Store::Workgroup]
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

@@ -57,6 +57,10 @@ impl SortStrategy for InsertionMerge {
         max_frags.saturating_add(left)
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

@@ -33,6 +33,10 @@ impl SortStrategy for Merge {
         max_frags.saturating_add(left_frags(max_frags))
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

@@ -4,7 +4,8 @@ use crate::{End, SortSpec, SortStrategy, Store};
 use oit_fragments::Fragment;
 
 /// Reads and blends fragments as they come, with no array. The picture is wrong wherever fragments
-/// did not arrive in order; the time is what reading and blending alone cost.
+/// did not arrive in order; the time is what reading and blending alone cost. Of a capture that keeps
+/// fragments sorted the picture is right.
 ///
 /// It takes the first `max_frags` fragments as every strategy does, so that it is the floor of
 /// exactly the work the others do.
@@ -16,7 +17,7 @@ impl SortStrategy for Passthrough {
     }
 
     fn summary(&self) -> &'static str {
-        "No sort: reads and blends fragments as they come. The floor; its picture is wrong."
+        "No sort: reads and blends fragments as they come. The floor; its picture is wrong unless the capture sorts."
     }
 
     fn citation(&self) -> &'static str {
@@ -29,6 +30,10 @@ impl SortStrategy for Passthrough {
 
     fn sorts(&self) -> bool {
         false
+    }
+
+    fn sorts_wide(&self) -> bool {
+        true
     }
 
     fn blends_from(&self) -> End {

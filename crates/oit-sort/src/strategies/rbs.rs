@@ -51,6 +51,10 @@ impl SortStrategy for Rbs {
         Some(REGISTERS * self.block)
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

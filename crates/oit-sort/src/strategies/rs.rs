@@ -37,6 +37,10 @@ impl SortStrategy for Rs {
         Some(REGISTERS)
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

@@ -29,6 +29,10 @@ impl SortStrategy for Unsorted {
         false
     }
 
+    fn sorts_wide(&self) -> bool {
+        true
+    }
+
     fn blends_from(&self) -> End {
         End::Back
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
-use oit_capture::CAPTURES;
+use oit_capture::{CAPTURES, WIDE};
 use oit_lab::{ALIASES, Schedule, methods};
 use oit_sort::{AUTO, STRATEGIES};
 
@@ -40,7 +40,7 @@ fn page(root: &Path) -> miette::Result<String> {
         "# What there is\n\nMade by `oit generate` from the registries; do not edit.\n\n\
          ## Captures\n\n| capture | what it does | source |\n|---|---|---|\n",
     );
-    for capture in CAPTURES {
+    for capture in CAPTURES.iter().chain(WIDE) {
         let _ = writeln!(
             text,
             "| `{}` | {} | {} |",

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use oit_capture::{CAPTURES, Method};
+use oit_capture::{CAPTURES, Method, WIDE};
 use oit_lab::{ALIASES, Schedule, methods};
 use oit_scene::Asset;
 use oit_sort::{AUTO, STRATEGIES};
@@ -126,7 +126,7 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
             row(AUTO, AUTO_SUMMARY);
         }
         What::Captures => {
-            for capture in CAPTURES {
+            for capture in CAPTURES.iter().chain(WIDE) {
                 row(capture.name(), capture.summary());
                 row("", capture.citation());
             }
