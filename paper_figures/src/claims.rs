@@ -47,6 +47,7 @@ const FILES: &[(&str, &str)] = &[
     ("claims/rbs.toml", include_str!("../claims/rbs.toml")),
     ("claims/bma.toml", include_str!("../claims/bma.toml")),
     ("claims/lfb.toml", include_str!("../claims/lfb.toml")),
+    ("claims/spheres.toml", include_str!("../claims/spheres.toml")),
     ("claims/targets.toml", include_str!("../claims/targets.toml")),
 ];
 

@@ -43,6 +43,8 @@ pub(crate) mod rbs_views;
 mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
+mod spheres_tables;
+pub(crate) mod spheres_views;
 
 pub use compare::compare;
 pub use compare_page::{Page, compare_pages};
@@ -105,4 +107,5 @@ pub const FIGURES: &[&dyn Figure] = &[
     &lfb_overflow::LfbOverflow,
     &mechanism_registers::MechanismRegisters,
     &mechanism_occupancy::MechanismOccupancy,
+    &spheres_tables::SpheresTables,
 ];
