@@ -1,8 +1,9 @@
 //! What can be wrong with a plan, found without a GPU.
 
-use crate::reflect::{Access, Kind, Reflection, Shaders, is_float};
+use crate::reflect::{Access, Fs, Kind, Reflection, Shaders, is_float};
 use crate::{
-    Compare, Contents, DepthStencil, Dispatch, Draw, Format, GpuError, Plan, Raster, Shader, Work,
+    Blend, ColorAttachment, Compare, Contents, DepthStencil, Dispatch, Draw, Format, GpuError,
+    Load, Plan, Raster, Shader, Work,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ impl Plan {
     /// Finds what is wrong with a plan, without a GPU: a name that no resource has, a shader that
     /// does not compile, a pass that writes given data or reads what is attached to it, attachments
     /// of different sizes, a fragment shader that would write although the depth or stencil test
-    /// rejects the fragment.
+    /// rejects the fragment, a depth written that no test would see.
     ///
     /// # Errors
     /// [`GpuError::Plan`] with the first fault.
@@ -99,17 +100,20 @@ fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
     )
 }
 
-/// The target, if a shader may read it.
-fn readable(plan: &Plan, name: &str) -> Result<(), String> {
-    let target = target(plan, name)?;
-    match target.format.is_color() {
-        true => Ok(()),
-        false => Err(format!(
-            "target {name:?} is {:?}, and shaders read targets of colour only, not of depth or \
-             stencil",
-            target.format
-        )),
+/// The target, if a shader may read it as integers or not.
+fn readable(plan: &Plan, name: &str, uint: bool) -> Result<(), String> {
+    let format = target(plan, name)?.format;
+    if !format.is_color() {
+        return Err(format!(
+            "target {name:?} is {format:?}, and shaders read targets of colour only, not of depth \
+             or stencil"
+        ));
     }
+    if format.is_uint() != uint {
+        let kind = if format.is_uint() { "u32" } else { "f32" };
+        return Err(format!("target {name:?} is {format:?}, a `texture_2d<{kind}>`"));
+    }
+    Ok(())
 }
 
 fn target<'a>(plan: &'a Plan, name: &str) -> Result<&'a crate::Target, String> {
@@ -135,8 +139,9 @@ fn bindings(
         let buffer = match binding.access {
             Access::Uniform | Access::Read => buffer(plan, &binding.name),
             Access::ReadWrite => writable(plan, &binding.name),
-            Access::Texture => {
-                readable(plan, &binding.name).map_err(in_shader)?;
+            Access::Texture | Access::UintTexture => {
+                let uint = binding.access == Access::UintTexture;
+                readable(plan, &binding.name, uint).map_err(in_shader)?;
                 if is_held {
                     return Err(in_shader("is attached to the pass that reads it".to_owned()));
                 }
@@ -193,20 +198,40 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
     };
     attachments(plan, raster)?;
     for (location, color) in raster.color.iter().enumerate() {
+        let ColorAttachment { target, write, load, blend } = color;
         let written = fs.outputs.iter().any(|&output| output as usize == location);
-        if color.write && !written {
-            let target = &color.target;
+        if *write && !written {
             return Err(format!(
                 "shader {label:?}: `fs` has no @location({location}), the target {target:?}"
             ));
         }
+        let Some(format) = plan.target(target).map(|target| target.format) else { continue };
+        let written_uint = fs.uint_outputs.iter().any(|&output| output as usize == location);
+        if written && written_uint != format.is_uint() {
+            let kind = if format.is_uint() { "u32" } else { "f32" };
+            return Err(format!(
+                "shader {label:?}: @location({location}) of `fs` is not of {kind}, as the target \
+                 {target:?} of {format:?} is"
+            ));
+        }
+        if format.is_uint() {
+            integers(target, format, *load, *blend)?;
+        }
     }
+    depth_writes(raster, fs).map_err(|what| format!("shader {label:?}: `fs` {what}"))?;
     let late = fs.writes && !fs.early_depth_test && !raster.late_writes;
     if late && raster.depth_stencil.as_ref().is_some_and(rejects) {
-        return Err(format!(
-            "shader {label:?}: `fs` writes a buffer under a depth or stencil test, so it must say \
-             `@early_depth_test(force)`: without it a rejected fragment still writes"
-        ));
+        return Err(match fs.writes_depth {
+            true => format!(
+                "shader {label:?}: `fs` writes a buffer and its depth under a depth or stencil \
+                 test: it cannot be tested before it runs, so a rejected fragment still writes the \
+                 buffer. Write the buffer in a pass of its own"
+            ),
+            false => format!(
+                "shader {label:?}: `fs` writes a buffer under a depth or stencil test, so it must \
+                 say `@early_depth_test(force)`: without it a rejected fragment still writes"
+            ),
+        });
     }
     let without_vertices = || match vs.inputs.first() {
         None => Ok(()),
@@ -219,9 +244,12 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             without_vertices()?;
             vec![]
         }
-        Draw::VerticesIndirect { arguments, offset_bytes } => {
+        Draw::VerticesIndirect { arguments, offset_bytes, draws } => {
             without_vertices()?;
-            arguments_in(plan, arguments, *offset_bytes, 4)?;
+            if *draws == 0 {
+                return Err(format!("no draws are made from buffer {arguments:?}: 1 is the least"));
+            }
+            arguments_in(plan, arguments, *offset_bytes, 4 * u64::from(*draws))?;
             vec![arguments.as_str()]
         }
         Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes } => {
@@ -246,6 +274,51 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
     held.extend(raster.color.iter().map(|color| color.target.as_str()));
     held.extend(raster.depth_stencil.as_ref().map(|attachment| attachment.target.as_str()));
     bindings(plan, &raster.shader, reflection, Kind::Raster, &held)
+}
+
+/// Whether a target of integers is cleared and drawn to as one.
+fn integers(
+    target: &str,
+    format: Format,
+    load: Load<[f32; 4]>,
+    blend: Option<Blend>,
+) -> Result<(), String> {
+    if let Some(blend) = blend {
+        return Err(format!(
+            "target {target:?} is {format:?}, and integers are not blended ({blend:?})"
+        ));
+    }
+    // Above 2^24 not every whole number is an `f32`.
+    let exact = |value: &f32| {
+        *value == f32::INFINITY || (value.fract() == 0.0 && (0.0..=16_777_216.0).contains(value))
+    };
+    if let Load::Clear(values) = load
+        && !values.iter().all(exact)
+    {
+        return Err(format!(
+            "target {target:?} is {format:?} and cleared to {values:?}: integers are cleared to \
+             whole numbers from 0 to 2^24, or to infinity, the largest there is"
+        ));
+    }
+    Ok(())
+}
+
+/// Whether a fragment shader that says something of its depth says what can be.
+fn depth_writes(raster: &Raster, fs: &Fs) -> Result<(), String> {
+    let depth = raster.depth_stencil.as_ref().and_then(|attachment| attachment.depth);
+    if fs.writes_depth && depth.is_none() {
+        return Err("writes `frag_depth`, and no depth target is attached".to_owned());
+    }
+    if fs.writes_depth && fs.early_depth_test {
+        return Err("writes `frag_depth` and says `@early_depth_test(force)`: what is tested \
+                    before it runs has the primitive's depth, and what it writes is lost"
+            .to_owned());
+    }
+    if let (Some(bound), false) = (fs.depth_bound, fs.writes_depth) {
+        let word = bound.wgsl();
+        return Err(format!("says `@early_depth_test({word})` and writes no `frag_depth`"));
+    }
+    Ok(())
 }
 
 /// Whether a test can reject a fragment.

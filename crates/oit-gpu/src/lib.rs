@@ -23,6 +23,6 @@ pub use plan::{
     Load, Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
     VertexLayout, Work,
 };
-pub use reflect::{Access, Binding, Fs, Main, Reflection, Vs};
+pub use reflect::{Access, Binding, DepthBound, Fs, Main, Reflection, Vs};
 pub use vulkan::Vulkan;
 pub use wgpu_backend::Wgpu;

@@ -2,7 +2,7 @@
 
 use crate::features::Features;
 use crate::reflect::{Access, Binding, Kind, Reflection};
-use crate::{ColorAttachment, Dispatch, Format, GpuError, Plan, Work};
+use crate::{ColorAttachment, Dispatch, Draw, Format, GpuError, Plan, Work};
 use std::sync::Arc;
 
 /// What a device can do, in the terms of a plan.
@@ -23,6 +23,12 @@ pub(crate) struct Limits {
     pub(crate) workgroup_bytes: u64,
     pub(crate) target_px: u32,
     pub(crate) color_attachments: u32,
+    /// Bytes of a pixel in all colour targets of a pass, as [`render_bytes`] adds them up.
+    pub(crate) color_bytes: u32,
+    /// Draws of one indirect command.
+    pub(crate) indirect_draws: u32,
+    /// Whether an indirect draw can have a first instance.
+    pub(crate) first_instance: bool,
     /// Formats that can be drawn to.
     pub(crate) drawable: Vec<Format>,
     /// Formats that can be blended into.
@@ -81,7 +87,7 @@ impl Limits {
             .suffice(&reflection.module)
             .map_err(|lacking| format!("{} has no {lacking}", self.device))?;
         for binding in reflection.bindings_of(kind) {
-            if binding.access == Access::Texture {
+            if binding.access.is_target() {
                 continue;
             }
             let bytes = plan.buffer(&binding.name).map_or(0, crate::Buffer::allocated_bytes);
@@ -99,7 +105,7 @@ impl Limits {
             };
             let uniform = count(|access| access == Access::Uniform);
             let storage = count(|access| matches!(access, Access::Read | Access::ReadWrite));
-            let textures = count(|access| access == Access::Texture);
+            let textures = count(Access::is_target);
             let what = || "the shader".to_owned();
             within(what, uniform, self.uniform_bindings_per_stage, "uniform buffers of a stage")?;
             within(what, storage, self.storage_bindings_per_stage, "storage buffers of a stage")?;
@@ -170,6 +176,18 @@ impl Limits {
                 }
                 let count = raster.color.len() as u32;
                 within(|| "it".to_owned(), count, self.color_attachments, "colour targets")?;
+                let formats = raster.color.iter().filter_map(|color| plan.target(&color.target));
+                let bytes = render_bytes(formats.map(|target| target.format));
+                let unit = "bytes of a pixel in its colour targets";
+                within(|| "it".to_owned(), bytes, self.color_bytes, unit)?;
+                if let Draw::VerticesIndirect { draws: draws @ 2.., .. } = raster.draw {
+                    let what = || "it".to_owned();
+                    within(what, draws, self.indirect_draws, "draws of an indirect command")?;
+                    if !self.first_instance {
+                        let device = &self.device;
+                        return Err(format!("{device} has no first instance of indirect draws"));
+                    }
+                }
                 let state = |color: &ColorAttachment| (color.blend, color.write);
                 let unlike = raster.color.windows(2).any(|two| state(&two[0]) != state(&two[1]));
                 if unlike && !self.independent_blend {
@@ -190,6 +208,25 @@ impl Limits {
             }
         }
     }
+}
+
+/// Bytes of a pixel in targets of these formats as WebGPU adds them up (section "Render target
+/// formats", `calculateColorAttachmentBytesPerSample`): in order, each aligned to its channels, and
+/// some of 4 bytes counted as 8.
+fn render_bytes(formats: impl Iterator<Item = Format>) -> u32 {
+    formats.fold(0_u32, |sum, format| {
+        let (bytes, align) = match format {
+            Format::Rgba8Unorm => (8, 1),
+            Format::R8Unorm | Format::Stencil8 => (1, 1),
+            Format::Rgba16Float => (8, 2),
+            Format::Rg16Float => (4, 2),
+            Format::R16Float => (2, 2),
+            Format::Rg11b10Float | Format::Rg32Float => (8, 4),
+            Format::Rgba32Float | Format::Rgba32Uint => (16, 4),
+            Format::R32Float | Format::R32Uint | Format::Depth32Float => (4, 4),
+        };
+        sum.next_multiple_of(align) + bytes
+    })
 }
 
 /// Whether a number is within a limit, in words if not.

@@ -57,6 +57,10 @@ fn write_access(
     let Ok(reflection) = shaders.get(shader) else {
         return writeln!(f, "    shader {:?} does not compile", shader.label);
     };
+    if let (Kind::Raster, Some(fs)) = (kind, reflection.fs.as_ref().filter(|fs| fs.writes_depth)) {
+        let bound = fs.depth_bound.map_or_else(String::new, |bound| format!(", {}", bound.wgsl()));
+        writeln!(f, "    depth of the shader{bound}")?;
+    }
     if let (Kind::Compute, Some(main)) = (kind, &reflection.main) {
         let [x, y, z] = main.workgroup_size;
         writeln!(f, "    workgroup size {x} x {y} x {z}")?;
@@ -82,8 +86,14 @@ fn write_raster(f: &mut Formatter<'_>, raster: &Raster) -> fmt::Result {
         Draw::Indexed { vertices, indices, count, .. } => {
             writeln!(f, "    draws {count} indices of {indices} into {vertices}")?;
         }
-        Draw::VerticesIndirect { arguments, offset_bytes } => {
+        Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 } => {
             writeln!(f, "    draws vertices from {arguments} at byte {offset_bytes}")?;
+        }
+        Draw::VerticesIndirect { arguments, offset_bytes, draws } => {
+            writeln!(
+                f,
+                "    draws vertices {draws} times, from {arguments} at byte {offset_bytes} on"
+            )?;
         }
         Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
             writeln!(

@@ -43,8 +43,8 @@ pub enum Contents {
 }
 
 /// A two-dimensional texture that raster passes draw to. Passes to which it is not attached can read
-/// one of colour: their shader's `var NAME: texture_2d<f32>` is the target of that name, pixel (0, 0)
-/// at the top left. Depth and stencil cannot be read by a shader.
+/// one of colour: their shader's `var NAME: texture_2d<f32>` (of integers, `texture_2d<u32>`) is the
+/// target of that name, pixel (0, 0) at the top left. Depth and stencil cannot be read by a shader.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Target {
     /// Its name.
@@ -78,6 +78,10 @@ pub enum Format {
     Rgba8Unorm,
     /// One byte, 0 to 1.
     R8Unorm,
+    /// One unsigned 32-bit integer; it cannot be blended into, and shaders write a `u32` there.
+    R32Uint,
+    /// Four unsigned 32-bit integers; they cannot be blended into, and shaders write a `vec4<u32>`.
+    Rgba32Uint,
     /// 32-bit float depth.
     Depth32Float,
     /// 8-bit stencil; a backend may add depth bits where the device has no format of stencil alone.
@@ -86,7 +90,7 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Rgba32Float,
         Self::Rgba16Float,
         Self::Rg32Float,
@@ -96,6 +100,8 @@ impl Format {
         Self::Rg11b10Float,
         Self::Rgba8Unorm,
         Self::R8Unorm,
+        Self::R32Uint,
+        Self::Rgba32Uint,
         Self::Depth32Float,
         Self::Stencil8,
     ];
@@ -104,16 +110,23 @@ impl Format {
     #[must_use]
     pub fn bytes(self) -> u64 {
         match self {
-            Self::Rgba32Float => 16,
+            Self::Rgba32Float | Self::Rgba32Uint => 16,
             Self::Rgba16Float | Self::Rg32Float => 8,
             Self::Rg16Float
             | Self::R32Float
+            | Self::R32Uint
             | Self::Rg11b10Float
             | Self::Rgba8Unorm
             | Self::Depth32Float => 4,
             Self::R16Float => 2,
             Self::R8Unorm | Self::Stencil8 => 1,
         }
+    }
+
+    /// Whether its channels are unsigned integers, which shaders write and read as `u32`.
+    #[must_use]
+    pub fn is_uint(self) -> bool {
+        matches!(self, Self::R32Uint | Self::Rgba32Uint)
     }
 
     /// Whether it is a format of colour, not of depth or stencil.
@@ -133,6 +146,9 @@ impl VertexFormat {
         }
     }
 }
+
+/// How many bytes the arguments of one of several indirect draws of vertices take.
+pub(crate) const DRAW_STRIDE_BYTES: u32 = 16;
 
 /// WGSL source. Compute passes run the entry point `main`; raster passes run `vs` and `fs`. An array
 /// of a function may hold anything before it is written (see the vulkan backend's `arrays`). A line
@@ -236,12 +252,22 @@ pub enum Draw {
         count: u32,
     },
     /// As [`Draw::Vertices`], as many as four `u32` in a buffer say: vertices, instances, the first
-    /// vertex, the first instance (0). No instances draw nothing: a pass that a shader has called off.
+    /// vertex, the first instance. No instances draw nothing: a pass that a shader has called off.
+    ///
+    /// There may be many draws, each with its four, one behind the other; they run in that order.
+    /// `@builtin(vertex_index)` counts from the draw's first vertex, and
+    /// `@builtin(instance_index)` from its first instance: both contain the first on `vulkan` and on
+    /// wgpu's Vulkan and Metal. wgpu's DX12 adds it in the shader (`SV_InstanceID` counts from 0
+    /// there), with the same result. So draws tell themselves apart by their first instance. One
+    /// that is not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls
+    /// "first instance of indirect draws"; a pass of more than one draw is refused without it.
     VerticesIndirect {
         /// The buffer of the four.
         arguments: String,
-        /// Where in it, in bytes; a multiple of 4.
+        /// Where in it the first draw's are, in bytes; a multiple of 4.
         offset_bytes: u64,
+        /// How many draws: 1 or more. The four of each begin 16 bytes after those of the last.
+        draws: u32,
     },
     /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first
     /// index, what is added to each index, the first instance (0).
@@ -295,7 +321,8 @@ pub enum VertexFormat {
 pub struct ColorAttachment {
     /// The target.
     pub target: String,
-    /// What it holds when the pass starts.
+    /// What it holds when the pass starts. A format of integers is cleared to whole numbers: 0 to
+    /// 2^24, or [`f32::INFINITY`], which stands for the largest `u32`.
     pub load: Load<[f32; 4]>,
     /// How a fragment's colour joins what is there; `None` replaces it.
     pub blend: Option<Blend>,

@@ -60,6 +60,16 @@ pub enum Access {
     ReadWrite,
     /// `texture_2d<f32>`.
     Texture,
+    /// `texture_2d<u32>`.
+    UintTexture,
+}
+
+impl Access {
+    /// Whether it is a target, not a buffer.
+    #[must_use]
+    pub fn is_target(self) -> bool {
+        matches!(self, Self::Texture | Self::UintTexture)
+    }
 }
 
 /// The compute entry point.
@@ -90,6 +100,37 @@ pub struct Fs {
     pub writes: bool,
     /// Whether it says `@early_depth_test(force)`.
     pub early_depth_test: bool,
+    /// Those of its outputs that are of `u32`, not of floats.
+    pub uint_outputs: Vec<u32>,
+    /// Whether it writes `@builtin(frag_depth)`.
+    pub writes_depth: bool,
+    /// What it promises of the depth that it writes.
+    pub depth_bound: Option<DepthBound>,
+}
+
+/// What a fragment shader promises of the depth that it writes, so that the device may test the
+/// primitive's own depth before it runs the shader (conservative depth). A depth that breaks the
+/// promise gives anything.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DepthBound {
+    /// `@early_depth_test(less_equal)`: no greater than the primitive's.
+    LessEqual,
+    /// `@early_depth_test(greater_equal)`: no less than the primitive's.
+    GreaterEqual,
+    /// `@early_depth_test(unchanged)`: the primitive's.
+    Unchanged,
+}
+
+impl DepthBound {
+    /// The word of `@early_depth_test`.
+    #[must_use]
+    pub fn wgsl(self) -> &'static str {
+        match self {
+            Self::LessEqual => "less_equal",
+            Self::GreaterEqual => "greater_equal",
+            Self::Unchanged => "unchanged",
+        }
+    }
 }
 
 /// The two ways a shader is run.
@@ -192,13 +233,37 @@ impl Reflection {
                 }
                 (ShaderStage::Fragment, "fs") => {
                     let mut outputs = Vec::new();
+                    let mut writes_depth = false;
                     if let Some(result) = &entry.function.result {
-                        locations(&self.module, result.ty, result.binding.as_ref(), &mut outputs);
+                        let binding = result.binding.as_ref();
+                        locations(&self.module, result.ty, binding, &mut outputs);
+                        writes_depth = has_depth(&self.module, result.ty, binding);
                     }
+                    let is_uint = |ty: Handle<Type>| {
+                        let scalar = self.module.types[ty].inner.scalar();
+                        scalar.is_some_and(|scalar| scalar.kind == ScalarKind::Uint)
+                    };
                     let early_depth_test =
                         entry.early_depth_test == Some(naga::EarlyDepthTest::Force);
-                    let outputs = outputs.into_iter().map(|(at, _)| at).collect();
-                    self.fs = Some(Fs { outputs, writes, early_depth_test });
+                    let depth_bound = match entry.early_depth_test {
+                        Some(naga::EarlyDepthTest::Allow { conservative }) => {
+                            Some(match conservative {
+                                naga::ConservativeDepth::LessEqual => DepthBound::LessEqual,
+                                naga::ConservativeDepth::GreaterEqual => DepthBound::GreaterEqual,
+                                naga::ConservativeDepth::Unchanged => DepthBound::Unchanged,
+                            })
+                        }
+                        _ => None,
+                    };
+                    let uint = outputs.iter().filter(|(_, ty)| is_uint(*ty));
+                    self.fs = Some(Fs {
+                        uint_outputs: uint.map(|&(at, _)| at).collect(),
+                        outputs: outputs.into_iter().map(|(at, _)| at).collect(),
+                        writes,
+                        early_depth_test,
+                        writes_depth,
+                        depth_bound,
+                    });
                 }
                 _ => {}
             }
@@ -248,21 +313,21 @@ impl Reflection {
                     Access::ReadWrite
                 }
                 AddressSpace::Storage { .. } => Access::Read,
-                AddressSpace::Handle if is_texture(&self.module.types[global.ty].inner) => {
-                    Access::Texture
+                AddressSpace::Handle => {
+                    texture(&self.module.types[global.ty].inner).ok_or_else(|| {
+                        format!(
+                            "`{name}` is neither a buffer nor a `texture_2d<f32>` or \
+                             `texture_2d<u32>`, and a plan binds nothing else"
+                        )
+                    })?
                 }
-                _ => {
-                    return Err(format!(
-                        "`{name}` is neither a buffer nor a `texture_2d<f32>`, and a plan binds \
-                         nothing else"
-                    ));
-                }
+                _ => return Err(format!("`{name}` is in no address space that a plan binds")),
             };
             let Some(naga::ResourceBinding { group, binding }) = global.binding else {
                 return Err(format!("`{name}` has no @group and @binding"));
             };
             let min_bytes = match access {
-                Access::Texture => 0,
+                _ if access.is_target() => 0,
                 _ => type_bytes(global.ty, self.module.to_ctx()),
             };
             let new =
@@ -289,10 +354,27 @@ pub(crate) fn is_float(format: VertexFormat) -> bool {
     }
 }
 
-/// Whether a type is `texture_2d<f32>`.
-fn is_texture(ty: &TypeInner) -> bool {
-    let class = ImageClass::Sampled { kind: ScalarKind::Float, multi: false };
-    *ty == TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class }
+/// How a type is bound that is `texture_2d<f32>` or `texture_2d<u32>`.
+fn texture(ty: &TypeInner) -> Option<Access> {
+    let TypeInner::Image { dim: ImageDimension::D2, arrayed: false, class } = *ty else {
+        return None;
+    };
+    match class {
+        ImageClass::Sampled { kind: ScalarKind::Float, multi: false } => Some(Access::Texture),
+        ImageClass::Sampled { kind: ScalarKind::Uint, multi: false } => Some(Access::UintTexture),
+        _ => None,
+    }
+}
+
+/// Whether an entry point's result, or a member of it, is `frag_depth`.
+fn has_depth(module: &Module, ty: Handle<Type>, binding: Option<&naga::Binding>) -> bool {
+    match (binding, &module.types[ty].inner) {
+        (Some(binding), _) => *binding == naga::Binding::BuiltIn(naga::BuiltIn::FragDepth),
+        (None, TypeInner::Struct { members, .. }) => {
+            members.iter().any(|member| has_depth(module, member.ty, member.binding.as_ref()))
+        }
+        _ => false,
+    }
 }
 
 /// The size of a type; of a type too large to have one, the largest number there is, which no
@@ -388,10 +470,41 @@ mod tests {
             Main { workgroup_size: [8, 4, 1], workgroup_bytes: 128, subgroup_at_least: None };
         assert_eq!(seen.main, Some(main));
         assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)] }));
-        let fs = Fs { outputs: vec![1], writes: false, early_depth_test: true };
+        let fs = Fs {
+            outputs: vec![1],
+            writes: false,
+            early_depth_test: true,
+            uint_outputs: vec![],
+            writes_depth: false,
+            depth_bound: None,
+        };
         assert_eq!(seen.fs, Some(fs));
         assert_eq!(seen.groups(Kind::Compute), 2);
         assert_eq!(seen.bindings_of(Kind::Raster).count(), 2);
+    }
+
+    #[test]
+    fn fragment_outputs_are_floats_integers_and_a_depth() {
+        let seen = |attribute: &str| {
+            let shader = format!(
+                "struct Out {{
+                    @location(1) color: vec4<f32>,
+                    @location(0) id: u32,
+                    @builtin(frag_depth) depth: f32,
+                }}
+                @fragment {attribute} fn fs() -> Out {{ return Out(vec4<f32>(), 7u, 0.5); }}"
+            );
+            let seen = Reflection::new(&Shader::new("outputs", shader)).expect("valid");
+            seen.fs.expect("a fragment stage")
+        };
+        let fs = seen("");
+        assert_eq!((fs.outputs, fs.uint_outputs), (vec![1, 0], vec![0]));
+        assert!(fs.writes_depth && !fs.early_depth_test && fs.depth_bound.is_none());
+        for bound in [DepthBound::LessEqual, DepthBound::GreaterEqual, DepthBound::Unchanged] {
+            let fs = seen(&format!("@early_depth_test({})", bound.wgsl()));
+            assert!(fs.writes_depth && !fs.early_depth_test);
+            assert_eq!(fs.depth_bound, Some(bound));
+        }
     }
 
     #[test]
@@ -421,7 +534,7 @@ mod tests {
         let message = Reflection::new(&Shader::new("types.wgsl", types)).expect_err("ill typed");
         assert!(message.contains("types.wgsl:1:"), "{message}");
 
-        for ty in ["texture_2d<u32>", "texture_depth_2d", "texture_2d_array<f32>"] {
+        for ty in ["texture_2d<i32>", "texture_depth_2d", "texture_2d_array<f32>"] {
             let texture = format!(
                 "@group(0) @binding(0) var image: {ty};
                 @compute @workgroup_size(1) fn main() {{ _ = textureDimensions(image); }}"

@@ -298,7 +298,7 @@ fn vertices_fit_the_shader() {
             (true, Draw::Indexed { vertices, layout, indices, .. }) => {
                 Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes }
             }
-            _ => Draw::VerticesIndirect { arguments, offset_bytes },
+            _ => Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 },
         };
     };
     refused(indexed, |p| said(p, "indices", 0, true), &["5 u32", "which has 16"]);
@@ -314,6 +314,107 @@ fn vertices_fit_the_shader() {
         }
     };
     refused(indexed, written, &["`counts`", "written by the pass"]);
+}
+
+#[test]
+fn draws_from_a_buffer_are_inside_it() {
+    let many = |draws| {
+        move |p: &mut Plan| {
+            p.buffers.push(Buffer::new("said", 80));
+            raster_of(p).draw =
+                Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes: 16, draws };
+        }
+    };
+    let mut plan = raster_plan();
+    many(4)(&mut plan);
+    plan.check().expect("sound");
+    assert!(plan.to_string().contains("draws vertices 4 times, from said at byte 16 on\n"));
+    refused(raster_plan, many(5), &["20 u32 at byte 16", "which has 80"]);
+    refused(raster_plan, many(0), &["\"said\"", "1 is the least"]);
+    refused(raster_plan, many(u32::MAX), &["which has 80"]);
+}
+
+#[test]
+fn a_depth_that_is_written_is_tested_after() {
+    const OUT: &str = "struct Out { @location(0) color: vec4<f32>, @builtin(frag_depth) z: f32 }\n";
+    fn written(attribute: &str, body: &str) -> String {
+        let wgsl = MASKED.replace("@early_depth_test(force)", attribute);
+        let wgsl = wgsl.replace("-> @location(0) vec4<f32>", "-> Out");
+        let wgsl = wgsl.replace("atomicAdd(&counts[0], 1u);", body);
+        [OUT, &wgsl.replace("return vec4<f32>(1.0)", "return Out(vec4<f32>(1.0), 0.5)")].concat()
+    }
+    fn writing() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets[1].format = Format::Depth32Float;
+        let load = Load::Clear(1.0);
+        let depth = Some(Depth { load, compare: Compare::Less, write: true });
+        let raster = raster_of(&mut plan);
+        raster.depth_stencil =
+            Some(DepthStencil { target: "mask".to_owned(), depth, stencil: None });
+        raster.shader = Shader::new("writing", written("", ""));
+        plan
+    }
+    let with = |attribute: &'static str, body: &'static str| {
+        move |p: &mut Plan| {
+            raster_of(p).shader = Shader::new("changed", written(attribute, body));
+        }
+    };
+    for bound in ["less_equal", "greater_equal", "unchanged"] {
+        let mut plan = writing();
+        let attribute = format!("@early_depth_test({bound})");
+        raster_of(&mut plan).shader = Shader::new("bounded", written(&attribute, ""));
+        plan.check().expect("sound");
+        assert!(plan.to_string().contains(&format!("    depth of the shader, {bound}")), "{plan}");
+    }
+    assert!(writing().to_string().contains("    depth of the shader\n"));
+    refused(writing, with("@early_depth_test(force)", ""), &["`fs` writes `frag_depth`", "force"]);
+    let counting = "atomicAdd(&counts[0], 1u);";
+    refused(writing, with("", counting), &["writes a buffer and its depth", "a pass of its own"]);
+    let bare = |p: &mut Plan| raster_of(p).depth_stencil = None;
+    refused(writing, bare, &["`frag_depth`", "no depth target"]);
+    let idle = |p: &mut Plan| {
+        let wgsl = MASKED.replace("(force)", "(less_equal)").replace(counting, "");
+        raster_of(p).shader = Shader::new("idle", wgsl);
+    };
+    refused(writing, idle, &["@early_depth_test(less_equal)", "writes no `frag_depth`"]);
+}
+
+#[test]
+fn integers_are_written_as_such() {
+    fn ids() -> Plan {
+        let mut plan = raster_plan();
+        plan.targets[0].format = Format::R32Uint;
+        let wgsl = MASKED.replace("@location(0) vec4<f32>", "@location(0) u32");
+        let wgsl = wgsl.replace("return vec4<f32>(1.0)", "return 7u");
+        raster_of(&mut plan).shader = Shader::new("ids", wgsl);
+        plan
+    }
+    let float = |p: &mut Plan| p.targets[0].format = Format::R32Float;
+    refused(ids, float, &["@location(0)", "not of f32", "R32Float"]);
+    let shader = |p: &mut Plan| raster_of(p).shader = Shader::new("masked", MASKED);
+    refused(ids, shader, &["@location(0)", "not of u32", "R32Uint"]);
+    let blended = |p: &mut Plan| raster_of(p).color[0].blend = Some(oit_gpu::Blend::Add);
+    refused(ids, blended, &["\"image\" is R32Uint", "not blended"]);
+    let cleared = |value| move |p: &mut Plan| raster_of(p).color[0].load = Load::Clear([value; 4]);
+    for value in [0.5, -1.0, 16_777_218.0, f32::NAN, f32::NEG_INFINITY] {
+        refused(ids, cleared(value), &["whole numbers"]);
+    }
+    for value in [0.0, 16_777_216.0, f32::INFINITY] {
+        let mut plan = ids();
+        cleared(value)(&mut plan);
+        plan.check().expect("sound");
+    }
+    fn reading() -> Plan {
+        let mut plan = ids();
+        plan.targets.push(target("earlier", Format::R32Uint));
+        let texture = "@group(0) @binding(1) var earlier: texture_2d<u32>;\n";
+        let wgsl = [texture, &raster_of(&mut plan).shader.wgsl].concat();
+        let load = "textureLoad(earlier, vec2<u32>(0u, 0u), 0).x";
+        raster_of(&mut plan).shader = Shader::new("reading", wgsl.replace("7u", load));
+        plan
+    }
+    let float = |p: &mut Plan| p.targets[2].format = Format::R32Float;
+    refused(reading, float, &["`earlier`", "R32Float, a `texture_2d<f32>`"]);
 }
 
 #[test]

@@ -30,6 +30,10 @@ const CHECKS: &[(&str, Check)] = &[
     ("row_0_is_the_top_and_y_is_up", row_0_is_the_top_and_y_is_up),
     ("formats_hold_colours", formats_hold_colours),
     ("draws_what_a_buffer_says", draws_what_a_buffer_says),
+    ("draws_many_times_from_a_buffer", draws_many_times_from_a_buffer),
+    ("fragments_write_depth", fragments_write_depth),
+    ("draws_to_eight_targets", draws_to_eight_targets),
+    ("minima_and_maxima_of_64_bits", minima_and_maxima_of_64_bits),
     ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
     ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
     ("clips_at_both_planes", clips_at_both_planes),
@@ -621,7 +625,7 @@ fn draws_what_a_buffer_says(device: &mut dyn Device) {
     let fragment = "@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(0.25); }";
     let indirect = |offset_bytes| {
         let color = vec![color("image", Some(Blend::Add), Load::Keep)];
-        let draw = Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes };
+        let draw = Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes, draws: 1 };
         Raster { draw, ..full_screen(fragment, color) }
     };
     let square = [-1.0, -1.0, 0.5, 1.0, -1.0, 0.5, -1.0, 1.0, 0.5, 1.0, 1.0, 0.5];
@@ -667,6 +671,213 @@ fn draws_what_a_buffer_says(device: &mut dyn Device) {
     // 0.25 of the first, 0.5 of the second, none of the third.
     let three_quarters = 0x3A00_u16.to_le_bytes();
     assert_eq!(device.read(id, "image").expect("read"), three_quarters.repeat(4 * 8));
+}
+
+/// Draws of one pass tell themselves apart by their first instance, and count their vertices from
+/// the first.
+fn draws_many_times_from_a_buffer(device: &mut dyn Device) {
+    let columns = "
+        struct Out { @builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) id: u32 }
+        @vertex fn vs(
+            @builtin(vertex_index) v: u32, @builtin(instance_index) i: u32,
+        ) -> Out {
+            let corner = array<vec2<u32>, 6>(
+                vec2(0u, 0u), vec2(1u, 0u), vec2(0u, 1u), vec2(0u, 1u), vec2(1u, 0u), vec2(1u, 1u),
+            )[v % 6u];
+            let x = f32(i + corner.x) / 4.0 - 1.0;
+            let at = vec4<f32>(x, f32(corner.y) * 2.0 - 1.0, 0.5, 1.0);
+            return Out(at, i * 100u + v / 6u);
+        }
+        @fragment fn fs(in: Out) -> @location(0) u32 { return in.id; }";
+    // Before them a word that no draw reads; the third draws nothing.
+    let said = [
+        [7, 7, 7, 7],
+        [6, 1, 0, 3],
+        [6, 2, 0, 5],
+        [6, 0, 0, 2],
+        [6, 1, 6, 1],
+        // One more than the pass draws.
+        [6, 1, 0, 0],
+    ];
+    let raster = Raster {
+        color: vec![color("ids", None, Load::Clear([f32::INFINITY, 0.0, 0.0, 0.0]))],
+        ..Raster::new(
+            Shader::new("columns", columns),
+            Draw::VerticesIndirect { arguments: "said".to_owned(), offset_bytes: 16, draws: 4 },
+        )
+    };
+    let read = "
+        @group(0) @binding(0) var ids: texture_2d<u32>;
+        @group(0) @binding(1) var<storage, read_write> copied: array<u32>;
+        @compute @workgroup_size(8, 2) fn main(
+            @builtin(local_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) i: u32,
+        ) {
+            copied[i] = textureLoad(ids, id.xy, 0).x;
+        }";
+    let passes = vec![Pass::raster("draw", raster), compute("read", read, [1, 1, 1])];
+    let buffers = vec![Buffer::data("said", words(&said.concat())), Buffer::new("copied", 64)];
+    let plan = plan(buffers, vec![target("ids", Format::R32Uint, 8, 2)], passes);
+    assert!(plan.to_string().contains("draws vertices 4 times, from said at byte 16 on"));
+    for feature in ["several indirect draws in a pass", "first instance of indirect draws"] {
+        if lacks(device, feature, &plan) {
+            return;
+        }
+    }
+    let id = ran(device, &plan);
+    let none = u32::MAX;
+    let row = [none, 101, none, 300, none, 500, 600, none];
+    assert_eq!(to_words(&device.read(id, "ids").expect("read")), [row, row].concat());
+    assert_eq!(to_words(&device.read(id, "copied").expect("read")), [row, row].concat());
+}
+
+/// A surface that leans although its triangle does not: tested and stored at the depth it writes,
+/// whatever it promises of that depth.
+fn fragments_write_depth(device: &mut dyn Device) {
+    for (attribute, triangle) in [
+        ("", 0.9),
+        ("@early_depth_test(less_equal)", 1.0),
+        ("@early_depth_test(greater_equal)", 0.0),
+    ] {
+        let wgsl = format!(
+            "{}
+            struct Out {{ @location(0) color: vec4<f32>, @builtin(frag_depth) depth: f32 }}
+            @fragment {attribute} fn fs(@builtin(position) at: vec4<f32>) -> Out {{
+                return Out(vec4<f32>(1.0), at.x / 16.0);
+            }}",
+            FULL_SCREEN.replace("0.5, 1.0", &format!("{triangle:?}, 1.0"))
+        );
+        let depth = Some(Depth { load: Load::Clear(0.5), compare: Compare::Less, write: true });
+        let raster = Raster {
+            depth_stencil: Some(DepthStencil { target: "depth".to_owned(), depth, stencil: None }),
+            color: vec![color("image", None, Load::Clear([0.0; 4]))],
+            ..Raster::new(Shader::new("leaning", wgsl), Draw::Vertices { count: 3, instances: 1 })
+        };
+        let targets = vec![
+            target("image", Format::R8Unorm, 16, 2),
+            target("depth", Format::Depth32Float, 16, 2),
+        ];
+        let plan = plan(vec![], targets, vec![Pass::raster("draw", raster)]);
+        let id = match device.prepare(&plan) {
+            Ok(id) => id,
+            Err(GpuError::Unsupported(reason)) if !attribute.is_empty() => {
+                eprintln!("{}: not checked: {reason}", device.info().id);
+                continue;
+            }
+            Err(error) => panic!("{attribute}: {error}"),
+        };
+        device.run(id).expect("ran");
+        let image = device.read(id, "image").expect("read");
+        let depths = to_floats(&device.read(id, "depth").expect("read"));
+        for (i, (color, depth)) in image.into_iter().zip(depths).enumerate() {
+            let (x, written) = (i % 16, ((i % 16) as f32 + 0.5) / 16.0);
+            assert_eq!(color, if x < 8 { 255 } else { 0 }, "{attribute}: {i}");
+            let expected = if x < 8 { written } else { 0.5 };
+            assert!((depth - expected).abs() < 1e-6, "{attribute}: {i}: {depth}");
+        }
+    }
+}
+
+/// All that a pass may draw to at once, of floats and of integers.
+fn draws_to_eight_targets(device: &mut dyn Device) {
+    let wgsl = "
+        struct Out {
+            @location(0) a: vec4<f32>,
+            @location(1) b: vec4<f32>,
+            @location(2) c: vec4<f32>,
+            @location(3) d: f32,
+            @location(4) e: vec2<f32>,
+            @location(5) f: u32,
+            @location(6) g: vec4<u32>,
+            @location(7) h: vec4<f32>,
+        }
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> Out {
+            let x = u32(at.x);
+            return Out(
+                vec4<f32>(1.0, 2.0, 3.0, at.x), vec4<f32>(0.0, 1.0, 0.0, 1.0),
+                vec4<f32>(1.0, 0.0, 1.0, 0.0), at.y, vec2<f32>(1.0, 0.0), 0xFFFFFF00u + x,
+                vec4<u32>(1u, 2u, 0xFFFFFFFFu, x), vec4<f32>(4.0),
+            );
+        }";
+    let formats = [
+        Format::Rgba32Float,
+        Format::Rgba16Float,
+        Format::Rgba8Unorm,
+        Format::R32Float,
+        Format::Rg16Float,
+        Format::R32Uint,
+        Format::Rgba32Uint,
+        Format::R32Float,
+    ];
+    let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
+    let attach = |name: &&str| color(name, None, Load::Clear([0.0; 4]));
+    let raster = full_screen(wgsl, names.iter().map(attach).collect());
+    let targets = names.iter().zip(formats).map(|(name, format)| target(name, format, 2, 1));
+    let plan = plan(vec![], targets.collect(), vec![Pass::raster("draw", raster)]);
+    let id = match device.prepare(&plan) {
+        Ok(id) => id,
+        Err(GpuError::Unsupported(reason)) => {
+            assert!(reason.contains("colour targets"), "{reason}");
+            eprintln!("{}: not checked: {reason}", device.info().id);
+            return;
+        }
+        Err(error) => panic!("{error}"),
+    };
+    device.run(id).expect("ran");
+    let mut read = |name| device.read(id, name).expect("read");
+    assert_eq!(to_floats(&read("a")), [1.0, 2.0, 3.0, 0.5, 1.0, 2.0, 3.0, 1.5]);
+    let half =
+        |values: &[u16]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
+    assert_eq!(read("b"), half(&[0, 0x3C00, 0, 0x3C00, 0, 0x3C00, 0, 0x3C00]));
+    assert_eq!(read("c"), [255, 0, 255, 0, 255, 0, 255, 0]);
+    assert_eq!(to_floats(&read("d")), [0.5, 0.5]);
+    assert_eq!(read("e"), half(&[0x3C00, 0, 0x3C00, 0]));
+    assert_eq!(to_words(&read("f")), [0xFFFF_FF00, 0xFFFF_FF01]);
+    assert_eq!(to_words(&read("g")), [1, 2, u32::MAX, 0, 1, 2, u32::MAX, 1]);
+    assert_eq!(to_floats(&read("h")), [4.0, 4.0]);
+}
+
+/// Without a result, as a framebuffer of depth and object in one word wants them, in both stages.
+fn minima_and_maxima_of_64_bits(device: &mut dyn Device) {
+    const ATOMICS: &str = "
+        @group(0) @binding(0) var<storage, read_write> most: array<atomic<u64>>;
+        @group(0) @binding(1) var<storage, read_write> least: array<atomic<u64>>;
+        fn note(i: u32, key: u64) {
+            atomicMax(&most[i], key);
+            atomicMin(&least[i], key);
+        }";
+    // 64 keys, of which the first is the smallest by its upper half and the last the largest.
+    let init = "
+        @group(0) @binding(0) var<storage, read_write> most: array<u64>;
+        @group(0) @binding(1) var<storage, read_write> least: array<u64>;
+        @compute @workgroup_size(2) fn main(@builtin(local_invocation_index) i: u32) {
+            most[i] = 0lu;
+            least[i] = 0xFFFFFFFFFFFFFFFFlu;
+        }";
+    let keys = "
+        @compute @workgroup_size(64) fn main(@builtin(local_invocation_index) i: u32) {
+            note(0u, (u64(i + 5u) << 32u) | u64(1000u - i));
+        }";
+    let fragment = "
+        @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            let i = u32(at.y) * 8u + u32(at.x);
+            note(1u, (u64(i + 7u) << 32u) | u64(2000u - i));
+            return vec4<f32>(1.0);
+        }";
+    let image = vec![color("image", None, Load::Clear([0.0; 4]))];
+    let passes = vec![
+        compute("init", init, [1, 1, 1]),
+        compute("keys", &[ATOMICS, keys].concat(), [1, 1, 1]),
+        Pass::raster("draw", full_screen(&[ATOMICS, fragment].concat(), image)),
+    ];
+    let targets = vec![target("image", Format::R8Unorm, 8, 4)];
+    let plan = plan(vec![Buffer::new("most", 16), Buffer::new("least", 16)], targets, passes);
+    if lacks(device, "64-bit atomic minimum and maximum", &plan) {
+        return;
+    }
+    let id = ran(device, &plan);
+    let mut read = |name| to_words(&device.read(id, name).expect("read"));
+    assert_eq!(read("least"), [1000, 5, 2000, 7]);
+    assert_eq!(read("most"), [1000 - 63, 5 + 63, 2000 - 31, 7 + 31]);
 }
 
 fn row_0_is_the_top_and_y_is_up(device: &mut dyn Device) {

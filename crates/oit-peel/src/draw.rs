@@ -78,7 +78,7 @@ pub(crate) fn full_screen(
         When::Always => Draw::Vertices { count: 3, instances: 1 },
         When::Left(pass) => {
             let (arguments, offset_bytes) = (ARGUMENTS.to_owned(), 40 * u64::from(pass) + 20);
-            Draw::VerticesIndirect { arguments, offset_bytes }
+            Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 }
         }
     };
     Pass::raster("blend", Raster { color, ..Raster::new(shader, draw) })

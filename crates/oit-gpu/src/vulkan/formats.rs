@@ -19,6 +19,8 @@ pub(super) fn format(format: Format, stencil: vk::Format) -> vk::Format {
         Format::Rg11b10Float => vk::Format::B10G11R11_UFLOAT_PACK32,
         Format::Rgba8Unorm => vk::Format::R8G8B8A8_UNORM,
         Format::R8Unorm => vk::Format::R8_UNORM,
+        Format::R32Uint => vk::Format::R32_UINT,
+        Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
         Format::Depth32Float => vk::Format::D32_SFLOAT,
         Format::Stencil8 => stencil,
     }

@@ -31,6 +31,8 @@ impl Gpu {
             .full_draw_index_uint32(has.full_draw_index_uint32 != 0)
             .independent_blend(has.independent_blend != 0)
             .depth_clamp(has.depth_clamp != 0)
+            .multi_draw_indirect(has.multi_draw_indirect != 0)
+            .draw_indirect_first_instance(has.draw_indirect_first_instance != 0)
             .shader_int64(has.shader_int64 != 0);
         let mut f12 = vk::PhysicalDeviceVulkan12Features::default()
             .shader_buffer_int64_atomics(physical.buffer_int64_atomics)

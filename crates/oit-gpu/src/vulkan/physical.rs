@@ -244,7 +244,13 @@ fn limits(
         ]
         .into_iter()
         .fold(u32::MAX, u32::min),
-        color_attachments: limits.max_color_attachments,
+        color_attachments: limits.max_color_attachments.min(limits.max_fragment_output_attachments),
+        color_bytes: u32::MAX,
+        indirect_draws: match features.multi_draw_indirect {
+            0 => 1,
+            _ => limits.max_draw_indirect_count,
+        },
+        first_instance: features.draw_indirect_first_instance != 0,
         drawable: Format::ALL.into_iter().filter(drawable).collect(),
         blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: features.fragment_stores_and_atomics != 0,
@@ -306,6 +312,16 @@ fn unsupported(
             "the driver cannot blend into R32_SFLOAT".to_owned(),
         ),
         ("unclipped depth", features.depth_clamp != 0, no_feature("depthClamp")),
+        (
+            "several indirect draws in a pass",
+            features.multi_draw_indirect != 0,
+            no_feature("multiDrawIndirect"),
+        ),
+        (
+            "first instance of indirect draws",
+            features.draw_indirect_first_instance != 0,
+            no_feature("drawIndirectFirstInstance"),
+        ),
         ("geometry shader", features.geometry_shader != 0, no_feature("geometryShader")),
         (
             "tessellation shader",
@@ -321,6 +337,11 @@ fn unsupported(
         ),
         extension("pipeline executable properties", khr::pipeline_executable_properties::NAME),
         ("64-bit atomics", int64_atomics, no_feature("shaderBufferInt64Atomics")),
+        (
+            "64-bit atomic minimum and maximum",
+            int64_atomics,
+            no_feature("shaderBufferInt64Atomics"),
+        ),
         extension("mesh shaders", ext::mesh_shader::NAME),
     ]
     .into_iter()

@@ -337,7 +337,7 @@ pub(super) fn descriptor_type(access: Access) -> vk::DescriptorType {
     match access {
         Access::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
         Access::Read | Access::ReadWrite => vk::DescriptorType::STORAGE_BUFFER,
-        Access::Texture => vk::DescriptorType::SAMPLED_IMAGE,
+        Access::Texture | Access::UintTexture => vk::DescriptorType::SAMPLED_IMAGE,
     }
 }
 
@@ -414,6 +414,37 @@ mod tests {
             opcode == OP_CONTROL_BARRIER || (opcode == OP_VARIABLE && words.len() == 5)
         };
         instructions(words).filter(is_zeroing).count()
+    }
+
+    /// The execution modes of a fragment stage, in SPIR-V's numbers.
+    fn execution_modes(attribute: &str) -> Vec<u32> {
+        const OP_EXECUTION_MODE: u32 = 16;
+        const ORIGIN_UPPER_LEFT: u32 = 7;
+        let shader = format!(
+            "@fragment {attribute} fn fs(@builtin(position) at: vec4<f32>)
+                 -> @builtin(frag_depth) f32 {{ return at.z; }}"
+        );
+        let reflection = Reflection::new(&Shader::new("depth", shader)).expect("valid");
+        let words = spirv(&reflection, naga::ShaderStage::Fragment, "fs").expect("SPIR-V");
+        let modes = instructions(&words).filter(|&(opcode, _)| opcode == OP_EXECUTION_MODE);
+        modes.map(|(_, words)| words[2]).filter(|&mode| mode != ORIGIN_UPPER_LEFT).collect()
+    }
+
+    #[test]
+    fn depth_that_is_bounded_is_also_replaced() {
+        const DEPTH_REPLACING: u32 = 12;
+        const DEPTH_GREATER: u32 = 14;
+        const DEPTH_LESS: u32 = 15;
+        const DEPTH_UNCHANGED: u32 = 16;
+        assert_eq!(execution_modes(""), [DEPTH_REPLACING]);
+        for (word, mode) in [
+            ("greater_equal", DEPTH_GREATER),
+            ("less_equal", DEPTH_LESS),
+            ("unchanged", DEPTH_UNCHANGED),
+        ] {
+            let modes = execution_modes(&format!("@early_depth_test({word})"));
+            assert_eq!(modes, [mode, DEPTH_REPLACING], "{word}");
+        }
     }
 
     #[test]

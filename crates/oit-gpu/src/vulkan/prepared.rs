@@ -4,6 +4,7 @@ use super::gpu::{Buffer, Gpu, Image};
 use super::pipeline::{Pipeline, descriptor_type};
 use super::{failure, formats};
 use crate::device::no_resource;
+use crate::plan::DRAW_STRIDE_BYTES;
 use crate::reflect::{Access, Kind, Reflection};
 use crate::timing::Stages;
 use crate::{
@@ -150,7 +151,7 @@ impl Prepared {
                 // What is written points to one of these.
                 let (buffers, images);
                 let write = match binding.access {
-                    Access::Texture => {
+                    Access::Texture | Access::UintTexture => {
                         images = [vk::DescriptorImageInfo::default()
                             .image_view(self.image(&binding.name)?.view)
                             .image_layout(formats::READ_LAYOUT)];
@@ -218,7 +219,7 @@ impl Prepared {
         let bindings = reflection.into_iter().flat_map(|r| r.bindings_of(Kind::of(&pass.work)));
         let named = |name: &str| self.targets.iter().find(|(target, _)| target.name == name);
         bindings
-            .filter(|binding| binding.access == Access::Texture)
+            .filter(|binding| binding.access.is_target())
             .filter_map(|binding| named(&binding.name))
             .map(|(target, image)| (formats::layout(target.format), &**image))
             .collect()
@@ -294,8 +295,10 @@ impl Prepared {
                             device.cmd_bind_index_buffer(commands, raw(indices), 0, ty);
                             device.cmd_draw_indexed(commands, *count, 1, 0, 0, 0);
                         }
-                        Draw::VerticesIndirect { arguments, offset_bytes } => {
-                            device.cmd_draw_indirect(commands, raw(arguments), *offset_bytes, 1, 0);
+                        Draw::VerticesIndirect { arguments, offset_bytes, draws } => {
+                            let (raw, at) = (raw(arguments), *offset_bytes);
+                            let stride = DRAW_STRIDE_BYTES;
+                            device.cmd_draw_indirect(commands, raw, at, *draws, stride);
                         }
                         Draw::IndexedIndirect {
                             vertices,
@@ -321,6 +324,7 @@ impl Prepared {
     fn begin_rendering(&self, raster: &Raster) -> Option<(u32, u32)> {
         let find = |name: &str| self.targets.iter().find(|(target, _)| target.name == name);
         let mut size = None;
+        let is_uint = |name: &str| find(name).is_some_and(|(target, _)| target.format.is_uint());
         let mut attachment = |name: &str, clear: Option<vk::ClearValue>| {
             let (target, image) = find(name)?;
             size = Some((target.width, target.height));
@@ -342,6 +346,11 @@ impl Prepared {
             .iter()
             .filter_map(|color| {
                 let clear = match color.load {
+                    // Infinity becomes the largest.
+                    Load::Clear(values) if is_uint(&color.target) => {
+                        let uint32 = values.map(|value| value as u32);
+                        Some(vk::ClearValue { color: vk::ClearColorValue { uint32 } })
+                    }
                     Load::Clear(float32) => {
                         Some(vk::ClearValue { color: vk::ClearColorValue { float32 } })
                     }

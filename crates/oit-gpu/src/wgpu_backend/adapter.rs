@@ -21,6 +21,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::RG11B10UFLOAT_RENDERABLE)
     .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
+    .union(Features::INDIRECT_FIRST_INSTANCE)
     .union(Features::PIPELINE_CACHE);
 
 /// What a timestamp in the midst of an encoder needs.
@@ -158,6 +159,10 @@ fn limits(
         workgroup_bytes: u64::from(limits.max_compute_workgroup_storage_size),
         target_px: limits.max_texture_dimension_2d,
         color_attachments: limits.max_color_attachments,
+        color_bytes: limits.max_color_attachment_bytes_per_sample,
+        // Where the API has no such command, wgpu makes one draw after the other.
+        indirect_draws: u32::MAX,
+        first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
         drawable: Format::ALL.into_iter().filter(drawable).collect(),
         blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
@@ -197,6 +202,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         feature("subgroups in fragment", Features::SUBGROUP),
         feature("32-bit float blending", Features::FLOAT32_BLENDABLE),
         feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
+        feature("first instance of indirect draws", Features::INDIRECT_FIRST_INSTANCE),
         never("geometry shader"),
         never("tessellation shader"),
         never("fragment shader interlock"),
@@ -204,6 +210,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         feature("pipeline statistics", Features::PIPELINE_STATISTICS_QUERY),
         never("pipeline executable properties"),
         feature("64-bit atomics", Features::SHADER_INT64_ATOMIC_ALL_OPS),
+        feature("64-bit atomic minimum and maximum", Features::SHADER_INT64_ATOMIC_MIN_MAX),
         feature("mesh shaders", Features::EXPERIMENTAL_MESH_SHADER),
     ]
     .into_iter()

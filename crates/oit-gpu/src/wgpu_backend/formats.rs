@@ -13,6 +13,8 @@ pub(super) fn format(format: Format) -> wgpu::TextureFormat {
         Format::Rg11b10Float => wgpu::TextureFormat::Rg11b10Ufloat,
         Format::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         Format::R8Unorm => wgpu::TextureFormat::R8Unorm,
+        Format::R32Uint => wgpu::TextureFormat::R32Uint,
+        Format::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         Format::Depth32Float => wgpu::TextureFormat::Depth32Float,
         Format::Stencil8 => wgpu::TextureFormat::Stencil8,
     }

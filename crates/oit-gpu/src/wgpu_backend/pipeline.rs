@@ -150,11 +150,16 @@ fn group_layouts(
                         buffer(wgpu::BufferBindingType::Storage { read_only: false })
                     }
                     // Without a sampler nothing is filtered, and 32-bit floats could not be.
-                    Access::Texture => wgpu::BindingType::Texture {
-                        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                        view_dimension: wgpu::TextureViewDimension::D2,
-                        multisampled: false,
-                    },
+                    access @ (Access::Texture | Access::UintTexture) => {
+                        wgpu::BindingType::Texture {
+                            sample_type: match access {
+                                Access::UintTexture => wgpu::TextureSampleType::Uint,
+                                _ => wgpu::TextureSampleType::Float { filterable: false },
+                            },
+                            view_dimension: wgpu::TextureViewDimension::D2,
+                            multisampled: false,
+                        }
+                    }
                 };
                 wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None }
             })

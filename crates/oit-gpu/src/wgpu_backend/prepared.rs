@@ -116,6 +116,11 @@ impl Prepared {
         self.views.get(index)
     }
 
+    /// Whether the target of this name is of integers.
+    fn is_uint(&self, name: &str) -> bool {
+        self.plan.target(name).is_some_and(|target| target.format.is_uint())
+    }
+
     fn groups(
         &self,
         device: &wgpu::Device,
@@ -129,7 +134,7 @@ impl Prepared {
             let entries: Vec<_> = bindings
                 .filter_map(|binding| {
                     let resource = match binding.access {
-                        Access::Texture => {
+                        Access::Texture | Access::UintTexture => {
                             wgpu::BindingResource::TextureView(self.view(&binding.name)?)
                         }
                         _ => exactly(self.buffer(&binding.name)?),
@@ -201,7 +206,13 @@ impl Prepared {
             .map(|color| {
                 let load = match color.load {
                     Load::Clear([r, g, b, a]) => {
-                        let [r, g, b, a] = [r, g, b, a].map(f64::from);
+                        // In a target of integers infinity stands for the largest.
+                        let largest = f64::from(u32::MAX);
+                        let finite = |value: f32| match self.is_uint(&color.target) {
+                            true => f64::from(value).min(largest),
+                            false => f64::from(value),
+                        };
+                        let [r, g, b, a] = [r, g, b, a].map(finite);
                         wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a })
                     }
                     Load::Keep => wgpu::LoadOp::Load,
@@ -257,9 +268,9 @@ impl Prepared {
                     pass.draw_indexed(0..*count, 0, 0..1);
                 }
             }
-            Draw::VerticesIndirect { arguments, offset_bytes } => {
+            Draw::VerticesIndirect { arguments, offset_bytes, draws } => {
                 if let Some(arguments) = self.buffer(arguments) {
-                    pass.draw_indirect(arguments, *offset_bytes);
+                    pass.multi_draw_indirect(arguments, *offset_bytes, *draws);
                 }
             }
             Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
