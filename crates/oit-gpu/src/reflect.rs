@@ -23,6 +23,9 @@ pub struct Reflection {
     pub vs: Option<Vs>,
     /// The fragment entry point `fs`.
     pub fs: Option<Fs>,
+    /// Whether no product and sum may become one operation: whether the module has a constant
+    /// `EXACT_ARITHMETIC` that is true.
+    pub exact_arithmetic: bool,
     pub(crate) module: Module,
     pub(crate) info: ModuleInfo,
 }
@@ -167,8 +170,15 @@ impl Reflection {
             let name = constant.name.as_deref().unwrap_or("without a name");
             return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
         }
-        let mut reflection =
-            Self { bindings: Vec::new(), main: None, vs: None, fs: None, module, info };
+        let mut reflection = Self {
+            bindings: Vec::new(),
+            main: None,
+            vs: None,
+            fs: None,
+            exact_arithmetic: is_exact(&module),
+            module,
+            info,
+        };
         reflection.find_entry_points();
         reflection.find_subgroup().map_err(|what| format!("shader {label:?}: {what}"))?;
         reflection.find_bindings().map_err(|what| format!("shader {label:?}: {what}"))?;
@@ -346,6 +356,17 @@ impl Reflection {
     }
 }
 
+/// Whether a module asks for exact arithmetic.
+fn is_exact(module: &Module) -> bool {
+    module.constants.iter().any(|(_, constant)| {
+        constant.name.as_deref() == Some("EXACT_ARITHMETIC")
+            && matches!(
+                module.global_expressions[constant.init],
+                naga::Expression::Literal(naga::Literal::Bool(true))
+            )
+    })
+}
+
 /// Whether a vertex attribute of this format is read as floats, else as `u32`.
 pub(crate) fn is_float(format: VertexFormat) -> bool {
     match format {
@@ -520,6 +541,17 @@ mod tests {
         for bad in ["0u", "12u", "8i", "8.0f"] {
             let message = seen(&format!("const SUBGROUP_AT_LEAST = {bad};")).expect_err(bad);
             assert!(message.contains("`SUBGROUP_AT_LEAST` must be a power of two"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_constant_asks_for_exact_arithmetic() {
+        let main = "@compute @workgroup_size(64) fn main() {}";
+        for (constant, exact) in
+            [("", false), ("const EXACT_ARITHMETIC = true;", true), ("const EXACT_ARITHMETIC = false;", false)]
+        {
+            let shader = Shader::new("s", format!("{constant}\n{main}"));
+            assert_eq!(Reflection::new(&shader).expect("valid").exact_arithmetic, exact);
         }
     }
 
