@@ -43,6 +43,8 @@ pub(crate) mod rbs_views;
 mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
+mod spheres_cross;
+mod spheres_scale;
 mod spheres_tables;
 pub(crate) mod spheres_views;
 
@@ -108,4 +110,6 @@ pub const FIGURES: &[&dyn Figure] = &[
     &mechanism_registers::MechanismRegisters,
     &mechanism_occupancy::MechanismOccupancy,
     &spheres_tables::SpheresTables,
+    &spheres_cross::SpheresCross,
+    &spheres_scale::SpheresScale,
 ];

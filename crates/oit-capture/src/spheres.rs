@@ -137,7 +137,8 @@ impl SphereView {
 
 /// The directions to the right, upwards and along the line of sight.
 fn axes(camera: &Camera) -> [DVec3; 3] {
-    let [eye, target, up] = [camera.eye, camera.target, camera.up].map(|v| Vec3::from(v).as_dvec3());
+    let [eye, target, up] =
+        [camera.eye, camera.target, camera.up].map(|v| Vec3::from(v).as_dvec3());
     let forward = (target - eye).normalize_or_zero();
     let right = forward.cross(up).normalize_or_zero();
     [right, right.cross(forward), forward]
@@ -223,8 +224,7 @@ impl PlacedSpheres {
         let first = if self.perspective { (along - radius).max(near) } else { 1.0 };
         let last = if self.perspective { (along + radius).max(near) } else { 1.0 };
         std::array::from_fn(|axis| {
-            let (across, size) =
-                [(x, self.frame.width_px), (y, self.frame.height_px)][axis];
+            let (across, size) = [(x, self.frame.width_px), (y, self.frame.height_px)][axis];
             let (low, high) = (across - radius, across + radius);
             let low = low / if low < 0.0 { first } else { last };
             let high = high / if high < 0.0 { last } else { first };
@@ -314,8 +314,12 @@ mod tests {
             Projection::Perspective { fov_y_degrees: 50.0, near: 0.5, far: 9.0 },
             Projection::Orthographic { height: 3.0, near: -1.0, far: 9.0 },
         ] {
-            let camera =
-                Camera { eye: [1.0, 2.0, 3.0], target: [0.5, 0.0, -1.0], up: [0.1, 1.0, 0.0], projection };
+            let camera = Camera {
+                eye: [1.0, 2.0, 3.0],
+                target: [0.5, 0.0, -1.0],
+                up: [0.1, 1.0, 0.0],
+                projection,
+            };
             let shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
             let placed = PlacedSpheres::new(&Spheres::default(), &shading, &camera, 40, 30);
             let placed = placed.expect("there are none");

@@ -547,9 +547,11 @@ mod tests {
     #[test]
     fn a_constant_asks_for_exact_arithmetic() {
         let main = "@compute @workgroup_size(64) fn main() {}";
-        for (constant, exact) in
-            [("", false), ("const EXACT_ARITHMETIC = true;", true), ("const EXACT_ARITHMETIC = false;", false)]
-        {
+        for (constant, exact) in [
+            ("", false),
+            ("const EXACT_ARITHMETIC = true;", true),
+            ("const EXACT_ARITHMETIC = false;", false),
+        ] {
             let shader = Shader::new("s", format!("{constant}\n{main}"));
             assert_eq!(Reflection::new(&shader).expect("valid").exact_arithmetic, exact);
         }

@@ -8,7 +8,8 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Program};
-use oit_scene::{Camera, Mesh, Scene, Shading};
+use oit_scene::{Camera, Mesh, Scene, Shading, Spheres};
+use oit_spheres::Variation;
 
 use crate::cpu_engine::CpuEngine;
 use crate::gpu_engine::GpuEngine;
@@ -65,6 +66,9 @@ pub struct ViewData {
     pub source: Source,
     /// The frame's size.
     pub size: FrameSize,
+    /// Whether its fragments are counted when it is opened, and can be captured. A hundred million
+    /// spheres have more than a device has room for, and ways of drawing them need none.
+    pub counted: bool,
 }
 
 /// Where a view's fragments come from.
@@ -79,8 +83,10 @@ pub enum Source {
 /// A mesh as one camera sees it.
 #[derive(Clone, Debug)]
 pub struct SceneView {
-    /// The mesh.
+    /// The mesh; empty where the scene is of spheres.
     pub mesh: Arc<Mesh>,
+    /// The spheres, where it is of spheres.
+    pub spheres: Option<Arc<Spheres>>,
     /// Its light and stripes.
     pub shading: Shading,
     /// The camera.
@@ -99,14 +105,31 @@ impl ViewData {
         let bytes = MeshBytes::new(&scene.mesh);
         let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
         let (mesh, shading) = (scene.mesh.clone(), scene.shading);
-        Ok(Self { source: Source::Scene(SceneView { mesh, shading, camera, geometry }), size })
+        let spheres = scene.spheres.clone();
+        let source = Source::Scene(SceneView { mesh, spheres, shading, camera, geometry });
+        Ok(Self { source, size, counted: true })
     }
 
     /// Fragments that were captured before.
     #[must_use]
     pub fn stored(lfb: Lfb) -> Self {
         let size = FrameSize { width_px: lfb.width(), height_px: lfb.height() };
-        Self { source: Source::Stored(Arc::new(lfb)), size }
+        Self { source: Source::Stored(Arc::new(lfb)), size, counted: true }
+    }
+
+    /// The same without counting its fragments.
+    #[must_use]
+    pub fn uncounted(self) -> Self {
+        Self { counted: false, ..self }
+    }
+
+    /// Spheres there are, every object in full detail; `None` where it is not of spheres.
+    #[must_use]
+    pub fn spheres(&self) -> Option<u64> {
+        match &self.source {
+            Source::Scene(scene) => scene.spheres.as_ref().map(|spheres| spheres.total()),
+            Source::Stored(_) => None,
+        }
     }
 
     /// Triangles that are drawn.
@@ -152,6 +175,11 @@ pub struct Memory {
     pub lfb_bytes: Option<u64>,
     /// The most at once: with the first pool, where a second took its place.
     pub peak_bytes: u64,
+}
+
+/// Why a way of drawing spheres cannot draw what is no spheres.
+pub(crate) fn no_spheres(variation: &Variation) -> CellError {
+    CellError::Unsupported(format!("{variation} draws spheres, and this scene has none"))
 }
 
 /// Why a method cannot go by fragments that were captured before.

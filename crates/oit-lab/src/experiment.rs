@@ -10,6 +10,7 @@ use oit_scene::{
     Fault, Problem, SceneEntry, SceneError, frame_view, no_such_frame, parse_toml, split_frame_view,
 };
 use oit_sort::SortChoice;
+use oit_spheres::{VARIATIONS, cross_product};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -135,6 +136,10 @@ struct SweepFile {
     /// Methods by name, `all` for every one in its default size. The axes are not theirs.
     #[serde(default)]
     methods: Vec<Spanned<String>>,
+    /// Ways of drawing spheres by name: `all` for those of the thesis's tables and those past it, `cross`
+    /// for every combination of its axes.
+    #[serde(default)]
+    spheres: Vec<Spanned<String>>,
     #[serde(default)]
     captures: Vec<Spanned<String>>,
     #[serde(default)]
@@ -437,6 +442,15 @@ impl SweepFile {
         let all: Vec<MethodChoice> = methods().map(MethodChoice::new).collect();
         let methods = place.axis(&self.methods, &[], &all, parse_method)?;
         techniques.extend(methods.into_iter().map(Technique::Method));
+        for word in &self.spheres {
+            match word.get_ref().as_str() {
+                "all" => techniques.extend(VARIATIONS.iter().map(|name| {
+                    Technique::Spheres(name.parse().expect("the registry's names are names"))
+                })),
+                "cross" => techniques.extend(cross_product().map(Technique::Spheres)),
+                name => techniques.push(place.technique(word, name.parse())?),
+            }
+        }
         if self.sorts.is_empty() {
             let axes = [&self.captures, &self.schedules, &self.stages, &self.ties];
             if let Some(word) = axes.iter().find_map(|axis| axis.first()) {

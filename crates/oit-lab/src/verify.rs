@@ -122,6 +122,7 @@ impl Verifier {
             Technique::Method(choice) => {
                 self.verify_method(check, engine, choice, ready, preparation)
             }
+            Technique::Spheres(_) => Err(CellError::Failed(SPHERES.into())),
         }
     }
 
@@ -319,7 +320,11 @@ struct Inexact {
 }
 
 /// What is recorded of any technique; of its fragments, as if they were equal and compared.
-fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -> Verification {
+pub(crate) fn verification(
+    verdict: Verdict,
+    all: &Difference,
+    preparation: &Preparation,
+) -> Verification {
     Verification {
         verdict,
         note: None,
@@ -348,7 +353,7 @@ fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -
 }
 
 /// Runs again, and counts the pixels that differ from `image` in any bit.
-fn repeat_differs_px(
+pub(crate) fn repeat_differs_px(
     engine: &mut dyn Engine,
     ready: Ready,
     image: &Image,
@@ -363,13 +368,16 @@ fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError
     compare(image, right).map_err(|error| CellError::Failed(error.to_string()))
 }
 
+/// What [`crate::SphereVerifier`] is for.
+const SPHERES: &str = "ways of drawing spheres are compared with an oracle of their own";
+
 /// Whether no channel of a picture is off by more than this. What is no number is off by infinity.
 fn within(bound: f64, difference: &Difference) -> bool {
     difference.max_color_error <= bound && difference.max_alpha_error <= bound
 }
 
 /// How far a picture is off, in words.
-fn off(difference: &Difference) -> String {
+pub(crate) fn off(difference: &Difference) -> String {
     let Difference { wrong_px, max_color_error, max_alpha_error, .. } = difference;
     format!(
         "{wrong_px} wrong pixels, colour off by up to {max_color_error:.3e}, alpha by up to \

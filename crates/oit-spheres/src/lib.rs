@@ -4,6 +4,6 @@
 mod variation;
 
 pub use variation::{
-    Billboard, Cover, Culling, Depth, Detail, Drawing, Order, Output, Projection, Raster,
+    Billboard, Cover, Culling, Depth, Detail, Drawing, Order, Output, PREFIX, Projection, Raster,
     Variation, VariationError,
 };

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use oit_scene::Problem;
 
 /// What stands before every variation's name.
-const PREFIX: &str = "spheres/";
+pub const PREFIX: &str = "spheres/";
 
 /// A way of drawing spheres. Its name is `spheres/`, then [`Drawing`], [`Billboard`],
 /// [`Projection`], [`Depth`], [`Cover`] and [`Output`], then what is not the default of [`Order`],

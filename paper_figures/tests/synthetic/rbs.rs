@@ -130,7 +130,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     for (group, depth) in groups {
         let mut histogram = vec![0; depth as usize + 1];
         histogram[depth as usize] = u64::from(WIDTH_PX * HEIGHT_PX);
-        writer.append(&Event::Counted { group, triangles: 16, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 16, spheres: None, histogram }).unwrap();
     }
     for (cell, made) in all.into_iter().enumerate() {
         if let Some(program) = made.program {

@@ -51,8 +51,7 @@ fn unclipped(mut pass: Pass, late: bool) -> Pass {
 }
 
 fn count_pass(request: &CaptureRequest) -> Pass {
-    let wgsl =
-        request.geometry.positions_wgsl() + include_str!("linearized_unclipped_count.wgsl");
+    let wgsl = request.geometry.positions_wgsl() + include_str!("linearized_unclipped_count.wgsl");
     let shader = Shader::new("count: fragments into offsets, unclipped", wgsl);
     unclipped(pass("count", shader, request.geometry.draw_positions(), None), false)
 }

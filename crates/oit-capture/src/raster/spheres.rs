@@ -44,7 +44,10 @@ struct Bands {
 impl Bands {
     fn new(spheres: &PlacedSpheres) -> Self {
         let frame = &spheres.frame;
-        assert!(frame.width_px.max(frame.height_px) <= MAX_SIZE_PX, "a picture of at most 65536 px");
+        assert!(
+            frame.width_px.max(frame.height_px) <= MAX_SIZE_PX,
+            "a picture of at most 65536 px"
+        );
         let bands = frame.height_px.div_ceil(BAND_ROWS) as usize;
         let chunk = |chunk: u32| {
             let mut lists = vec![Vec::new(); bands];
