@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use oit_fragments::Fragment;
 use oit_gpu::{Buffer, Draw, GpuError, VertexAttribute, VertexFormat, VertexLayout};
-use oit_scene::{Camera, Mesh, Shading, Vertex};
+use oit_scene::{Camera, Mesh, Scene, Shading, Vertex};
 
 use crate::draw::{FRAME, POSITIONS, SCENE, pool_slots};
-use crate::{CaptureError, Frame, PlacedSpheres};
+use crate::{CaptureError, Frame, PlacedSpheres, TooManySpheres};
 
 /// A mesh as bytes for a device: made once, shared by all its views.
 #[derive(Clone, Debug)]
@@ -90,6 +90,24 @@ impl Geometry {
         height_px: u32,
     ) -> Self {
         MeshBytes::new(mesh).view(shading, camera, width_px, height_px)
+    }
+
+    /// One view of a scene, of triangles or of spheres.
+    ///
+    /// # Errors
+    /// [`TooManySpheres`].
+    pub fn of_scene(
+        scene: &Scene,
+        camera: &Camera,
+        width_px: u32,
+        height_px: u32,
+    ) -> Result<Self, TooManySpheres> {
+        let shading = &scene.shading;
+        let Some(spheres) = &scene.spheres else {
+            return Ok(Self::new(&scene.mesh, shading, camera, width_px, height_px));
+        };
+        let placed = PlacedSpheres::new(spheres, shading, camera, width_px, height_px)?;
+        Ok(Self::of_spheres(placed))
     }
 
     /// One view of spheres.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use oit_capture::{Geometry, MeshBytes};
+use oit_capture::{Geometry, TooManySpheres};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
@@ -59,6 +59,17 @@ impl FrameSize {
     }
 }
 
+/// Why there is no such view.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The scene has none of that name.
+    #[error(transparent)]
+    Scene(#[from] oit_scene::SceneError),
+    /// It has more spheres than are drawn transparent.
+    #[error(transparent)]
+    Spheres(#[from] TooManySpheres),
+}
+
 /// One view at one resolution: what cells of a group share.
 #[derive(Clone, Debug)]
 pub struct ViewData {
@@ -80,10 +91,10 @@ pub enum Source {
     Stored(Arc<Lfb>),
 }
 
-/// A mesh as one camera sees it.
+/// A mesh or spheres as one camera sees them.
 #[derive(Clone, Debug)]
 pub struct SceneView {
-    /// The mesh; empty where the scene is of spheres.
+    /// The mesh; empty where spheres are seen.
     pub mesh: Arc<Mesh>,
     /// The spheres, where it is of spheres.
     pub spheres: Option<Arc<Spheres>>,
@@ -91,7 +102,7 @@ pub struct SceneView {
     pub shading: Shading,
     /// The camera.
     pub camera: Camera,
-    /// The same as bytes for a device.
+    /// The same as bytes for a device; spheres are here alone.
     pub geometry: Geometry,
 }
 
@@ -99,15 +110,35 @@ impl ViewData {
     /// A view of a scene.
     ///
     /// # Errors
-    /// Where the scene has no such view.
-    pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, oit_scene::SceneError> {
+    /// Where the scene has no such view, or it has too many spheres.
+    pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, ViewError> {
         let camera = scene.view(view)?.camera;
-        let bytes = MeshBytes::new(&scene.mesh);
-        let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
-        let (mesh, shading) = (scene.mesh.clone(), scene.shading);
-        let spheres = scene.spheres.clone();
+        let geometry = Geometry::of_scene(scene, &camera, size.width_px, size.height_px)?;
+        Ok(Self::of(scene, camera, geometry, size, true))
+    }
+
+    /// The same without what fragments are drawn from, for ways of drawing spheres.
+    ///
+    /// # Errors
+    /// Where the scene has no such view.
+    pub fn uncounted(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, ViewError> {
+        let camera = scene.view(view)?.camera;
+        let FrameSize { width_px, height_px } = size;
+        let none = Mesh::default();
+        let geometry = Geometry::new(&none, &scene.shading, &camera, width_px, height_px);
+        Ok(Self::of(scene, camera, geometry, size, false))
+    }
+
+    fn of(
+        scene: &Scene,
+        camera: Camera,
+        geometry: Geometry,
+        size: FrameSize,
+        counted: bool,
+    ) -> Self {
+        let (mesh, spheres, shading) = (scene.mesh.clone(), scene.spheres.clone(), scene.shading);
         let source = Source::Scene(SceneView { mesh, spheres, shading, camera, geometry });
-        Ok(Self { source, size, counted: true })
+        Self { source, size, counted }
     }
 
     /// Fragments that were captured before.
@@ -115,12 +146,6 @@ impl ViewData {
     pub fn stored(lfb: Lfb) -> Self {
         let size = FrameSize { width_px: lfb.width(), height_px: lfb.height() };
         Self { source: Source::Stored(Arc::new(lfb)), size, counted: true }
-    }
-
-    /// The same without counting its fragments.
-    #[must_use]
-    pub fn uncounted(self) -> Self {
-        Self { counted: false, ..self }
     }
 
     /// Spheres there are, every object in full detail; `None` where it is not of spheres.
@@ -132,11 +157,11 @@ impl ViewData {
         }
     }
 
-    /// Triangles that are drawn.
+    /// Triangles that are drawn; of a sphere two.
     #[must_use]
     pub fn triangles(&self) -> u64 {
         match &self.source {
-            Source::Scene(scene) => scene.mesh.triangle_count() as u64,
+            Source::Scene(scene) => scene.geometry.triangles(),
             Source::Stored(_) => 0,
         }
     }

@@ -11,7 +11,9 @@ use oit_record::{DeviceInfo, Program, Verdict, Verification};
 use oit_spheres::Variation;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
+use crate::engine::{
+    CellError, Engine, FrameSize, Preparation, Ready, ViewData, ViewError, open_engine,
+};
 use crate::experiment::Overrides;
 use crate::kept;
 use crate::spheres::SphereVerifier;
@@ -252,6 +254,7 @@ impl Worker {
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
+        counted: bool,
     ) -> Result<ViewData, CellError> {
         let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
         if is_stored(&key.0) {
@@ -278,7 +281,11 @@ impl Worker {
             self.scene = Some((key.clone(), scene));
         }
         let (_, scene) = self.scene.as_ref().expect("loaded above");
-        ViewData::new(scene, view, size).map_err(|error| failed(&error))
+        let open = if counted { ViewData::new } else { ViewData::uncounted };
+        open(scene, view, size).map_err(|error| match error {
+            ViewError::Spheres(_) => CellError::Unsupported(error.to_string()),
+            ViewError::Scene(_) => failed(&error),
+        })
     }
 
     fn view(
@@ -294,8 +301,7 @@ impl Worker {
         self.spheres = None;
         self.view = None;
         let started = Instant::now();
-        let data = self.view_data(key, view, size)?;
-        let data = if counted { data } else { data.uncounted() };
+        let data = self.view_data(key, view, size, counted)?;
         self.spheres = SphereVerifier::new(&data);
         let spheres = data.spheres();
         self.spent.scene_ms += ms(started);

@@ -63,7 +63,7 @@ pub(crate) fn scene(
         }
         (Draw::Vertices { .. }, When::Left(pass)) => {
             let (arguments, offset_bytes) = (ARGUMENTS.to_owned(), 40 * u64::from(pass));
-            Draw::VerticesIndirect { arguments, offset_bytes }
+            Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 }
         }
         (draw, _) => draw,
     };
@@ -113,7 +113,7 @@ pub(crate) fn stop_if_done(request: &MethodRequest, pass: u32) -> Pass {
     // Indices or vertices: the arguments of either draw begin with them and the instances.
     let drawn = match request.geometry.draw() {
         Draw::Indexed { count, .. } | Draw::Vertices { count, .. } => count,
-        Draw::IndexedIndirect { .. } | Draw::VerticesIndirect { .. } => 0,
+        Draw::IndexedIndirect { .. } | Draw::VerticesIndirect { .. } | Draw::Mesh { .. } => 0,
     };
     let at = 10 * (pass + 1);
     let wgsl = format!(

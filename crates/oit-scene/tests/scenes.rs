@@ -26,6 +26,7 @@ fn every_scene_file_loads() {
             "dragon",
             "grid",
             "hairball",
+            "helix",
             "intersecting",
             "planes",
             "planes2",
@@ -34,7 +35,8 @@ fn every_scene_file_loads() {
             "shells",
             "smoke",
             "sphere_stack",
-            "stack"
+            "stack",
+            "virus"
         ]
     );
     for entry in &entries {

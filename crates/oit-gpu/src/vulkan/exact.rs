@@ -58,7 +58,7 @@ mod tests {
                  out[i - 2u].x = dot(v, v) * -v.y;
              }",
         );
-        assert_eq!(decorated(&words), []);
+        assert!(decorated(&words).is_empty());
         let new = without_contraction(&words);
         // Times a scalar, plus, by, minus; dot, minus, times.
         assert_eq!(decorated(&new).len(), 7);

@@ -14,6 +14,7 @@ mod smoke;
 mod solids;
 mod sphere_stack;
 mod stack;
+mod virus;
 
 use crate::{MAX_OBJECTS, MAX_TRIANGLES, Mesh, Parameter, Params, Spheres};
 
@@ -59,7 +60,7 @@ pub trait SphereGenerator: Sync {
 }
 
 /// Every generator of spheres there is.
-pub const SPHERE_GENERATORS: &[&dyn SphereGenerator] = &[&sphere_stack::SphereStack];
+pub const SPHERE_GENERATORS: &[&dyn SphereGenerator] = &[&sphere_stack::SphereStack, &virus::Virus];
 
 /// Why a generator refuses.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -11,8 +11,7 @@ use std::path::Path;
 use crate::mesh::flat_normal;
 use crate::{MAX_TRIANGLES, Mesh, Vertex};
 
-pub(crate) use structure::import_structure;
-pub use structure::{Coloring, Splitting, StructureOptions};
+pub use structure::{Coloring, Splitting, StructureOptions, import_structure};
 
 /// A file, and a gzipped one once unpacked, may be this large.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -47,6 +46,12 @@ pub enum ImportError {
     TooManyTriangles {
         /// The element or primitive that was one too many.
         what: String,
+    },
+    /// A structure of too many atoms.
+    #[error("more than {limit} atoms")]
+    TooManyAtoms {
+        /// How many there may be.
+        limit: usize,
     },
     /// The contents are wrong.
     #[error("{place}: {problem}")]

@@ -78,7 +78,7 @@ fn background(text: &str) -> miette::Result<[f32; 3]> {
 }
 
 /// What is rendered, and the names of its scene and view.
-fn view_data(arguments: &Arguments) -> miette::Result<(ViewData, String, String)> {
+fn view_data(arguments: &Arguments, opaque: bool) -> miette::Result<(ViewData, String, String)> {
     let Arguments { scene: path, view, size: asked, set, .. } = arguments;
     if is_stored(path) {
         if view.is_some() || asked.is_some() || !set.is_empty() {
@@ -92,16 +92,16 @@ fn view_data(arguments: &Arguments) -> miette::Result<(ViewData, String, String)
     let size = size(asked.as_deref().unwrap_or("1920x1080"))?;
     let scene = oit_scene::load(path, &overrides(set)?).map_err(report)?;
     let view = view.clone().unwrap_or_else(|| scene.views[0].name.clone());
-    Ok((ViewData::new(&scene, &view, size).map_err(report)?, scene.name, view))
+    let open = if opaque { ViewData::uncounted } else { ViewData::new };
+    Ok((open(&scene, &view, size).map_err(report)?, scene.name, view))
 }
 
 /// Renders, says how right it is, and writes the files.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let background = background(&arguments.background)?;
-    let (data, name, view) = view_data(arguments)?;
     let opaque = matches!(technique, Technique::Spheres(_));
-    let data = if opaque { data.uncounted() } else { data };
+    let (data, name, view) = view_data(arguments, opaque)?;
     let (size, triangles, of_spheres) = (data.size, data.triangles(), data.spheres());
     let mut spheres = SphereVerifier::new(&data);
     let device = device_id(&arguments.device)?;
