@@ -34,7 +34,7 @@ const PARAMETERS: &[Parameter] = &[
     Parameter::number(
         "pixels",
         "How wide a coarser level's spheres appear where it begins, in a picture of 1080 lines that sees 40 degrees from top to bottom.",
-        8.0,
+        7.9,
         0.1,
         1e3,
     ),
@@ -103,7 +103,7 @@ const SPIKES: f64 = 72.0;
 const TRIMERS: f64 = 1600.0;
 const CAPSOMERS: f64 = 250.0;
 const STRANDS: f64 = 6000.0;
-const ENZYMES: f64 = 3000.0;
+const ENZYMES: f64 = 1500.0;
 
 /// Pentamers at the narrow and the wide end: twelve close any lattice of hexamers.
 const PENTAMERS: [usize; 2] = [5, 7];

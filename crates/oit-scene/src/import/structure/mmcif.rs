@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8], structure: &mut Structure) -> Result<(), Import
         }
         let mut tags: Vec<&str> = Vec::new();
         token = tokens.next_token()?;
-        while let Some(tag) = token.filter(|token| token.is_tag()) {
+        while let Some(tag) = token.filter(Token::is_tag) {
             // Of another category's loop no more than the first is needed.
             if tags.first().is_none_or(|first| is_of_category(first)) {
                 tags.push(tag.text);
