@@ -1,9 +1,10 @@
 //! What can be wrong with a plan, found without a GPU.
 
-use crate::reflect::{Access, Fs, Kind, Reflection, Shaders, is_float};
+use crate::glsl::Stage;
+use crate::reflect::{Access, Fs, Kind, Reflection, Shaders, Vs, is_float};
 use crate::{
-    Blend, ColorAttachment, Compare, Contents, DepthStencil, Dispatch, Draw, Format, GpuError,
-    Load, Plan, Raster, Shader, Work,
+    Blend, ColorAttachment, Compare, Contents, DepthStencil, Dispatch, Draw, Format, Glsl,
+    GpuError, Load, Plan, PreRaster, Raster, Shader, Topology, Work,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -42,7 +43,7 @@ pub(crate) fn check(
                 Some(reflection)
             }
             Work::Raster(work) => {
-                let reflection = shaders.get(&work.shader).map_err(in_pass)?;
+                let reflection = shaders.of_raster(work).map_err(in_pass)?;
                 raster(plan, work, &reflection).map_err(in_pass)?;
                 Some(reflection)
             }
@@ -193,9 +194,18 @@ fn arguments_in(plan: &Plan, name: &str, offset_bytes: u64, words: u64) -> Resul
 
 fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), String> {
     let label = &raster.shader.label;
-    let (Some(vs), Some(fs)) = (&reflection.vs, &reflection.fs) else {
-        return Err(format!("shader {label:?} needs the entry points `vs` and `fs`"));
+    let (vs, fs) = match (&raster.pre_raster, &reflection.vs, &reflection.fs) {
+        (PreRaster::Wgsl, Some(vs), Some(fs)) => (vs, fs),
+        (PreRaster::Glsl(_), Some(vs), Some(fs)) => (vs, fs),
+        (PreRaster::Mesh(_), _, Some(fs)) => (&Vs { inputs: Vec::new() }, fs),
+        (PreRaster::Wgsl, ..) => {
+            return Err(format!("shader {label:?} needs the entry points `vs` and `fs`"));
+        }
+        (PreRaster::Glsl(_) | PreRaster::Mesh(_), ..) => {
+            return Err(format!("shader {label:?} needs the entry point `fs`"));
+        }
     };
+    stages(raster, reflection, fs).map_err(|what| format!("shader {label:?}: {what}"))?;
     attachments(plan, raster)?;
     for (location, color) in raster.color.iter().enumerate() {
         let ColorAttachment { target, write, load, blend } = color;
@@ -252,6 +262,7 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             arguments_in(plan, arguments, *offset_bytes, 4 * u64::from(*draws))?;
             vec![arguments.as_str()]
         }
+        Draw::Mesh { .. } => vec![],
         Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes } => {
             vertex_layout(label, vs, layout)?;
             buffer(plan, vertices)?;
@@ -274,6 +285,63 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
     held.extend(raster.color.iter().map(|color| color.target.as_str()));
     held.extend(raster.depth_stencil.as_ref().map(|attachment| attachment.target.as_str()));
     bindings(plan, &raster.shader, reflection, Kind::Raster, &held)
+}
+
+/// Whether the stages before rasterisation fit each other, the draw and the fragment stage.
+fn stages(raster: &Raster, reflection: &Reflection, fs: &Fs) -> Result<(), String> {
+    let is_mesh = matches!(raster.pre_raster, PreRaster::Mesh(_));
+    if is_mesh != matches!(raster.draw, Draw::Mesh { .. }) {
+        return Err("mesh stages and a mesh draw go together".to_owned());
+    }
+    let Some(last) = reflection.stages.last() else { return Ok(()) };
+    if let Some(location) = fs.inputs.iter().find(|&input| !last.outputs.contains(input)) {
+        return Err(format!(
+            "`fs` reads @location({location}), which the {} stage does not write; it writes {:?}",
+            last.stage.name(),
+            last.outputs
+        ));
+    }
+    let PreRaster::Glsl(glsl) = &raster.pre_raster else { return Ok(()) };
+    let Glsl { topology, tessellation, geometry, .. } = &**glsl;
+    match (topology, tessellation) {
+        (Topology::Patches(0), _) => return Err("a patch of no vertices".to_owned()),
+        (Topology::Patches(_), Some(_)) | (_, None) => {}
+        (other, Some(_)) => {
+            return Err(format!("tessellation takes Topology::Patches, not {other:?}"));
+        }
+    }
+    if let (Topology::Patches(_), None) = (topology, tessellation) {
+        return Err("patches are drawn by tessellation, and there is none".to_owned());
+    }
+    if geometry.is_none() {
+        return Ok(());
+    }
+    // In SPIR-V's numbers: InputPoints, InputLines, Triangles of a geometry stage; PointMode and
+    // Isolines of what a tessellation evaluation stage gives it.
+    const INPUTS: [(u32, &str); 5] = [
+        (19, "points"),
+        (20, "lines"),
+        (21, "lines with adjacency"),
+        (22, "triangles"),
+        (23, "triangles with adjacency"),
+    ];
+    let has = |stage: Stage, mode: u32| {
+        reflection.stages.iter().any(|s| s.stage == stage && s.modes.contains(&mode))
+    };
+    let evaluation = Stage::TessellationEvaluation;
+    let given = match topology {
+        Topology::Points => "points",
+        Topology::Triangles => "triangles",
+        Topology::Patches(_) if has(evaluation, 10) => "points",
+        Topology::Patches(_) if has(evaluation, 25) => "lines",
+        Topology::Patches(_) => "triangles",
+    };
+    let taken = INPUTS.into_iter().find(|&(mode, _)| has(Stage::Geometry, mode));
+    let taken = taken.map_or("nothing", |(_, words)| words);
+    match taken == given {
+        true => Ok(()),
+        false => Err(format!("the geometry stage takes {taken}, and {given} come to it")),
+    }
 }
 
 /// Whether a target of integers is cleared and drawn to as one.

@@ -25,6 +25,35 @@ pub struct Timing {
     pub total_ns: u64,
 }
 
+/// What the device's pipeline statistics count of a raster pass. They tell how much work it was, not
+/// how long: drivers may run a shader more often than there are vertices or pixels (whole quads of
+/// fragments) or less (vertices used again, fragments that are rejected early).
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct PassStatistics {
+    /// The pass, as an index into [`Plan::passes`].
+    pub pass: usize,
+    /// Vertices that were put together; `None` on wgpu, which does not tell.
+    pub input_vertices: Option<u64>,
+    /// Primitives that they made, before tessellation and geometry; `None` on wgpu.
+    pub input_primitives: Option<u64>,
+    /// Runs of the vertex stage.
+    pub vertex_invocations: u64,
+    /// Patches that the tessellation control stage ran for; `None` where there are no such stages.
+    pub tessellation_patches: Option<u64>,
+    /// Runs of the tessellation evaluation stage; `None` where there are no such stages.
+    pub tessellation_invocations: Option<u64>,
+    /// Runs of the geometry stage; `None` where there is no such stage.
+    pub geometry_invocations: Option<u64>,
+    /// Primitives that the geometry stage made; `None` where there is no such stage.
+    pub geometry_primitives: Option<u64>,
+    /// Primitives that came to be clipped.
+    pub clipping_invocations: u64,
+    /// Primitives that clipping left, which it may cut into several.
+    pub clipping_primitives: u64,
+    /// Runs of the fragment stage.
+    pub fragment_invocations: u64,
+}
+
 /// What became of the shader of a pass.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Compiled {
@@ -88,6 +117,17 @@ pub trait Device {
     /// Where the driver fails.
     fn run(&mut self, plan: PlanId) -> Result<Timing, GpuError>;
 
+    /// Runs a plan once, waits for it, and counts instead of timing: the statistics of each raster
+    /// pass, in order. To count may make a run slower. Mesh stages are not counted.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the device does not count ([`DeviceInfo::unsupported`] lists
+    /// "pipeline statistics" then); where the driver fails.
+    fn statistics(&mut self, plan: PlanId) -> Result<Vec<PassStatistics>, GpuError> {
+        let _ = plan;
+        Err(no_statistics(&self.info().name))
+    }
+
     /// Fills every buffer of the plan that has no given contents with the byte `0xCD`, so that a
     /// run cannot pass on what an earlier one left.
     ///
@@ -136,6 +176,11 @@ pub trait Device {
 
 /// The byte that [`Device::poison`] fills with.
 pub(crate) const POISON: u8 = 0xCD;
+
+/// A device that does not count.
+pub(crate) fn no_statistics(device: &str) -> GpuError {
+    GpuError::Unsupported(format!("{device} has no pipeline statistics"))
+}
 
 /// A plan that is not, or no longer, ready on the device.
 pub(crate) fn not_prepared(plan: PlanId) -> GpuError {

@@ -6,22 +6,24 @@ mod device;
 mod devices;
 mod directives;
 mod features;
+mod glsl;
 mod limits;
 mod listing;
 mod pipeline_key;
 mod plan;
 mod reflect;
+mod spirv;
 mod timing;
 mod vulkan;
 mod wgpu_backend;
 
-pub use device::{Compiled, Device, GpuError, Part, PlanId, Timing};
+pub use device::{Compiled, Device, GpuError, Part, PassStatistics, PlanId, Timing};
 pub use devices::{Listed, enumerate, open};
 pub use oit_record::DeviceInfo;
 pub use plan::{
     Blend, Buffer, ColorAttachment, Compare, Contents, Depth, DepthStencil, Dispatch, Draw, Format,
-    Load, Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
-    VertexLayout, Work,
+    Glsl, Load, Mesh, Pass, Plan, PreRaster, Raster, Shader, Stencil, StencilOp, Target,
+    Tessellation, Topology, VertexAttribute, VertexFormat, VertexLayout, Work,
 };
 pub use reflect::{Access, Binding, DepthBound, Fs, Main, Reflection, Vs};
 pub use vulkan::Vulkan;

@@ -1,8 +1,11 @@
 //! What a device can do, and whether that is enough for a plan.
 
 use crate::features::Features;
+use crate::glsl::Stage;
 use crate::reflect::{Access, Binding, Kind, Reflection};
-use crate::{ColorAttachment, Dispatch, Draw, Format, GpuError, Plan, Work};
+use crate::{
+    ColorAttachment, Dispatch, Draw, Format, GpuError, Plan, PreRaster, Raster, Topology, Work,
+};
 use std::sync::Arc;
 
 /// What a device can do, in the terms of a plan.
@@ -27,6 +30,8 @@ pub(crate) struct Limits {
     pub(crate) color_bytes: u32,
     /// Draws of one indirect command.
     pub(crate) indirect_draws: u32,
+    /// The kinds of stages in GLSL.
+    pub(crate) stages: StageLimits,
     /// Whether an indirect draw can have a first instance.
     pub(crate) first_instance: bool,
     /// Formats that can be drawn to.
@@ -45,6 +50,24 @@ pub(crate) struct Limits {
     pub(crate) subgroup_size: (u32, u32),
     /// Whether a compute pipeline can have any size of subgroup between these.
     pub(crate) chooses_subgroup_size: bool,
+}
+
+/// What of the stages in GLSL a device has.
+#[derive(Clone, Copy, Default, Debug)]
+pub(crate) struct StageLimits {
+    /// Whether the backend takes GLSL at all.
+    pub(crate) glsl: bool,
+    pub(crate) geometry: bool,
+    pub(crate) tessellation: bool,
+    /// Vertices of a patch.
+    pub(crate) patch_vertices: u32,
+    /// Whether tessellation and geometry stages can set the size of points.
+    pub(crate) point_size: bool,
+    pub(crate) mesh: bool,
+    pub(crate) task: bool,
+    /// Workgroups of a mesh draw: of a side, and in all.
+    pub(crate) mesh_workgroups: [u32; 3],
+    pub(crate) mesh_workgroups_total: u32,
 }
 
 impl Limits {
@@ -114,6 +137,47 @@ impl Limits {
         within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
     }
 
+    /// Whether the device has the stages of a raster pass.
+    fn stages(&self, raster: &Raster, reflection: &Reflection) -> Result<(), String> {
+        let device = &self.device;
+        for compiled in &reflection.stages {
+            let has = match compiled.stage {
+                Stage::Vertex => true,
+                Stage::TessellationControl | Stage::TessellationEvaluation => {
+                    self.stages.tessellation
+                }
+                Stage::Geometry => self.stages.geometry,
+                Stage::Task => self.stages.task,
+                Stage::Mesh => self.stages.mesh,
+            };
+            if !self.stages.glsl {
+                return Err("this backend takes no stages in GLSL".to_owned());
+            }
+            if !has {
+                return Err(format!("{device} has no {} stage", compiled.stage.name()));
+            }
+            if compiled.sizes_points && !self.stages.point_size {
+                let stage = compiled.stage.name();
+                return Err(format!("{device} sets no size of points in the {stage} stage"));
+            }
+        }
+        if let PreRaster::Glsl(glsl) = &raster.pre_raster
+            && let Topology::Patches(vertices) = glsl.topology
+        {
+            let limit = self.stages.patch_vertices;
+            within(|| "it".to_owned(), vertices, limit, "vertices of a patch")?;
+        }
+        if let Draw::Mesh { workgroups } = raster.draw {
+            let what = || "the mesh draw".to_owned();
+            for (side, limit) in workgroups.into_iter().zip(self.stages.mesh_workgroups) {
+                within(what, side, limit, "workgroups of a side")?;
+            }
+            let all = workgroups.into_iter().map(u64::from).fold(1, u64::saturating_mul);
+            within(what, all, u64::from(self.stages.mesh_workgroups_total), "workgroups")?;
+        }
+        Ok(())
+    }
+
     /// Whether subgroups of a compute shader can be sure to have so many invocations.
     fn subgroup(&self, at_least: u32) -> Result<(), String> {
         let (min, max) = self.subgroup_size;
@@ -171,6 +235,7 @@ impl Limits {
                 if writable.any(|binding| binding.vertex) && !self.vertex_writes {
                     return Err("vertex shaders cannot write buffers".to_owned());
                 }
+                self.stages(raster, reflection)?;
                 if raster.unclipped && !self.unclipped {
                     return Err(format!("{} has no unclipped depth", self.device));
                 }
@@ -251,4 +316,31 @@ pub(crate) fn chain(error: &dyn std::error::Error) -> String {
         source = error.source();
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_a_pixel_add_up_as_in_webgpu() {
+        let sum = |formats: &[Format]| render_bytes(formats.iter().copied());
+
+        assert_eq!(sum(&[Format::Rgba8Unorm; 4]), 32);
+        assert_eq!(sum(&[Format::Rgba32Float; 4]), 64);
+        let packed = [Format::R8Unorm, Format::R32Float, Format::R8Unorm, Format::Rg16Float];
+        // 1, then 4 from byte 4, 1 at byte 8, 4 from byte 10.
+        assert_eq!(sum(&packed), 14);
+        let mixed = [
+            Format::Rgba32Float,
+            Format::Rgba16Float,
+            Format::Rgba8Unorm,
+            Format::R32Float,
+            Format::Rg16Float,
+            Format::R32Uint,
+            Format::Rgba32Uint,
+            Format::R32Float,
+        ];
+        assert_eq!(sum(&mixed), 64);
+    }
 }

@@ -1,8 +1,12 @@
 //! A plan as text: what it allocates and what it does, in order.
 
-use crate::reflect::{Access, Kind, Shaders};
-use crate::{ColorAttachment, Contents, DepthStencil, Dispatch, Draw, Load, Plan, Raster, Work};
+use crate::reflect::{Access, Kind, Reflection, Shaders};
+use crate::{
+    ColorAttachment, Contents, DepthStencil, Dispatch, Draw, Load, Plan, PreRaster, Raster,
+    Topology, Work, glsl,
+};
 use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
 
 /// Prints buffers, targets and passes, with what each pass reads and writes. The text is a function
 /// of the plan alone; the shaders' sources are left out.
@@ -36,11 +40,12 @@ impl Display for Plan {
                             writeln!(f, "    workgroups from {buffer} at byte {offset_bytes}")?;
                         }
                     }
-                    write_access(f, &mut shaders, shader, Kind::Compute)?;
+                    write_access(f, shaders.get(shader), shader, Kind::Compute)?;
                 }
                 Work::Raster(raster) => {
                     write_raster(f, raster)?;
-                    write_access(f, &mut shaders, &raster.shader, Kind::Raster)?;
+                    let reflection = shaders.of_raster(raster);
+                    write_access(f, reflection, &raster.shader, Kind::Raster)?;
                 }
             }
         }
@@ -50,11 +55,11 @@ impl Display for Plan {
 
 fn write_access(
     f: &mut Formatter<'_>,
-    shaders: &mut Shaders,
+    reflection: Result<Arc<Reflection>, String>,
     shader: &crate::Shader,
     kind: Kind,
 ) -> fmt::Result {
-    let Ok(reflection) = shaders.get(shader) else {
+    let Ok(reflection) = reflection else {
         return writeln!(f, "    shader {:?} does not compile", shader.label);
     };
     if let (Kind::Raster, Some(fs)) = (kind, reflection.fs.as_ref().filter(|fs| fs.writes_depth)) {
@@ -95,11 +100,27 @@ fn write_raster(f: &mut Formatter<'_>, raster: &Raster) -> fmt::Result {
                 "    draws vertices {draws} times, from {arguments} at byte {offset_bytes} on"
             )?;
         }
+        Draw::Mesh { workgroups: [x, y, z] } => {
+            writeln!(f, "    mesh workgroups {x} x {y} x {z}")?;
+        }
         Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
             writeln!(
                 f,
                 "    draws indices of {indices} into {vertices} from {arguments} at byte {offset_bytes}"
             )?;
+        }
+    }
+    let stages = glsl::stages(&raster.pre_raster);
+    if !stages.is_empty() {
+        let names: Vec<&str> = stages.iter().map(|(stage, _)| stage.name()).collect();
+        write!(f, "    stages in GLSL: {}", names.join(", "))?;
+        match &raster.pre_raster {
+            PreRaster::Glsl(glsl) => match glsl.topology {
+                Topology::Points => writeln!(f, "; of points")?,
+                Topology::Triangles => writeln!(f, "; of triangles")?,
+                Topology::Patches(vertices) => writeln!(f, "; of patches of {vertices} vertices")?,
+            },
+            PreRaster::Wgsl | PreRaster::Mesh(_) => writeln!(f)?,
         }
     }
     if raster.unclipped {

@@ -1,7 +1,8 @@
 //! All that makes a pipeline, and so the key under which it is kept.
 
 use crate::{
-    Blend, Compare, Depth, Format, Plan, Raster, Shader, Stencil, StencilOp, VertexLayout, Work,
+    Blend, Compare, Depth, Format, Plan, PreRaster, Raster, Shader, Stencil, StencilOp,
+    VertexLayout, Work,
 };
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ pub(crate) enum PipelineKey {
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(crate) struct RasterKey {
     wgsl: Arc<str>,
+    pub(crate) pre_raster: PreRaster,
     pub(crate) layout: Option<VertexLayout>,
     pub(crate) color: Vec<ColorKey>,
     pub(crate) depth: Option<DepthKey>,
@@ -69,7 +71,9 @@ impl RasterKey {
             Some(ColorKey { format, blend: color.blend, write: color.write })
         });
         let layout = match &raster.draw {
-            crate::Draw::Vertices { .. } | crate::Draw::VerticesIndirect { .. } => None,
+            crate::Draw::Vertices { .. }
+            | crate::Draw::VerticesIndirect { .. }
+            | crate::Draw::Mesh { .. } => None,
             crate::Draw::Indexed { layout, .. } | crate::Draw::IndexedIndirect { layout, .. } => {
                 Some(layout.clone())
             }
@@ -83,6 +87,7 @@ impl RasterKey {
             .map(|Stencil { compare, pass, fail, .. }| StencilKey { compare, pass, fail });
         Self {
             wgsl: raster.shader.wgsl.clone(),
+            pre_raster: raster.pre_raster.clone(),
             layout,
             color: color.collect(),
             depth,

@@ -209,11 +209,95 @@ pub enum Dispatch {
     },
 }
 
-/// One draw into targets of one size: triangles, no culling. [`Raster::new`] gives the usual state.
+/// What makes the primitives of a raster pass.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
+pub enum PreRaster {
+    /// The entry point `vs` of the pass's shader, and triangles.
+    #[default]
+    Wgsl,
+    /// Stages in GLSL: `vulkan` only. The pass's shader has `fs` alone (a `vs` is not used).
+    Glsl(Box<Glsl>),
+    /// A mesh shader in GLSL: `vulkan` with `VK_EXT_mesh_shader` only. The pass's shader has `fs`
+    /// alone, and the draw is [`Draw::Mesh`].
+    Mesh(Box<Mesh>),
+}
+
+impl PreRaster {
+    /// The stages in GLSL with their names, in the order in which they run.
+    #[must_use]
+    pub fn glsl_stages(&self) -> Vec<(&'static str, &str)> {
+        let stages = crate::glsl::stages(self).into_iter();
+        stages.map(|(stage, source)| (stage.name(), &**source)).collect()
+    }
+}
+
+impl From<Glsl> for PreRaster {
+    fn from(stages: Glsl) -> Self {
+        Self::Glsl(Box::new(stages))
+    }
+}
+
+impl From<Mesh> for PreRaster {
+    fn from(stages: Mesh) -> Self {
+        Self::Mesh(Box::new(stages))
+    }
+}
+
+/// Stages in GLSL 4.60 for Vulkan, each with the entry point `main`, for what WGSL cannot say:
+/// tessellation and geometry. Their buffers are named as those of WGSL are: the plan's buffer of the
+/// name of a block's instance, or of the block if its instance has none, is bound at its
+/// `layout(set = ..., binding = ...)`; a `buffer` block that is not `readonly` is written. What the
+/// last stage writes at a `location`, `fs` reads there. Depth is 0 to 1 and y is up, as in WGSL.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Glsl {
+    /// What vertices are put together to.
+    pub topology: Topology,
+    /// The vertex stage.
+    pub vertex: Arc<str>,
+    /// Both stages of tessellation; needs [`Topology::Patches`].
+    pub tessellation: Option<Tessellation>,
+    /// The geometry stage. Its input must be what comes to it: points or triangles.
+    pub geometry: Option<Arc<str>>,
+}
+
+/// The stages of tessellation, in GLSL.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Tessellation {
+    /// The control stage.
+    pub control: Arc<str>,
+    /// The evaluation stage.
+    pub evaluation: Arc<str>,
+}
+
+/// A mesh shader in GLSL (`GL_EXT_mesh_shader`), bound as [`Glsl`] is.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Mesh {
+    /// The task stage that says how many workgroups of the mesh stage run.
+    pub task: Option<Arc<str>>,
+    /// The mesh stage.
+    pub mesh: Arc<str>,
+}
+
+/// What vertices are put together to.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Topology {
+    /// A point a vertex. Where points reach rasterisation, the last stage says how large they are in
+    /// `gl_PointSize`, in pixels.
+    Points,
+    /// A triangle of each three.
+    Triangles,
+    /// A patch of each so many, for tessellation.
+    Patches(u32),
+}
+
+/// One draw into targets of one size: triangles, unless [`Self::pre_raster`] makes others; no
+/// culling. [`Raster::new`] gives the usual state.
 #[derive(Clone, Debug)]
 pub struct Raster {
     /// The shader.
     pub shader: Shader,
+    /// What makes the primitives.
+    pub pre_raster: PreRaster,
     /// What is drawn.
     pub draw: Draw,
     /// Colour targets, in the order of the shader's `@location`s. A pass has at least one
@@ -257,10 +341,11 @@ pub enum Draw {
     /// There may be many draws, each with its four, one behind the other; they run in that order.
     /// `@builtin(vertex_index)` counts from the draw's first vertex, and
     /// `@builtin(instance_index)` from its first instance: both contain the first on `vulkan` and on
-    /// wgpu's Vulkan and Metal. wgpu's DX12 adds it in the shader (`SV_InstanceID` counts from 0
-    /// there), with the same result. So draws tell themselves apart by their first instance. One
-    /// that is not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls
-    /// "first instance of indirect draws"; a pass of more than one draw is refused without it.
+    /// wgpu's Vulkan and Metal. So draws tell themselves apart by their first instance. One that is
+    /// not 0 needs the feature that [`oit_record::DeviceInfo::unsupported`] calls "first instance of
+    /// indirect draws"; a pass of more than one draw is refused without it. wgpu's DX12 never has it
+    /// here: shaders count from 0 there, and what wgpu adds to that it knows of an indirect draw only
+    /// from passes that check the arguments, which are off because they would be timed.
     VerticesIndirect {
         /// The buffer of the four.
         arguments: String,
@@ -268,6 +353,11 @@ pub enum Draw {
         offset_bytes: u64,
         /// How many draws: 1 or more. The four of each begin 16 bytes after those of the last.
         draws: u32,
+    },
+    /// So many workgroups in x, y and z of the first stage of a [`Mesh`].
+    Mesh {
+        /// Workgroups.
+        workgroups: [u32; 3],
     },
     /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first
     /// index, what is added to each index, the first instance (0).
@@ -499,6 +589,7 @@ impl Raster {
     pub fn new(shader: Shader, draw: Draw) -> Self {
         Self {
             shader,
+            pre_raster: PreRaster::Wgsl,
             draw,
             color: Vec::new(),
             depth_stencil: None,

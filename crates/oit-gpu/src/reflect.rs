@@ -2,7 +2,8 @@
 
 use crate::directives::hoisted;
 use crate::features::Features;
-use crate::{Shader, VertexFormat, Work};
+use crate::spirv;
+use crate::{PreRaster, Raster, Shader, VertexFormat, Work, glsl};
 use naga::proc::GlobalCtx;
 use naga::valid::{GlobalUse, ModuleInfo};
 use naga::{
@@ -23,6 +24,8 @@ pub struct Reflection {
     pub vs: Option<Vs>,
     /// The fragment entry point `fs`.
     pub fs: Option<Fs>,
+    /// The stages in GLSL that take the place of `vs`, in order.
+    pub(crate) stages: Vec<spirv::Compiled>,
     pub(crate) module: Module,
     pub(crate) info: ModuleInfo,
 }
@@ -40,7 +43,7 @@ pub struct Binding {
     pub access: Access,
     /// Whether `main` uses it.
     pub compute: bool,
-    /// Whether `vs` uses it.
+    /// Whether `vs` uses it, or a stage in GLSL in its place declares it.
     pub vertex: bool,
     /// Whether `fs` uses it.
     pub fragment: bool,
@@ -94,6 +97,8 @@ pub struct Vs {
 /// The fragment entry point.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Fs {
+    /// Each `@location` it reads.
+    pub inputs: Vec<u32>,
     /// Each `@location` it writes.
     pub outputs: Vec<u32>,
     /// Whether it writes a buffer.
@@ -167,12 +172,70 @@ impl Reflection {
             let name = constant.name.as_deref().unwrap_or("without a name");
             return Err(format!("shader {label:?}: `override {name}`: use a `const` instead"));
         }
-        let mut reflection =
-            Self { bindings: Vec::new(), main: None, vs: None, fs: None, module, info };
+        let mut reflection = Self {
+            bindings: Vec::new(),
+            main: None,
+            vs: None,
+            fs: None,
+            stages: Vec::new(),
+            module,
+            info,
+        };
         reflection.find_entry_points();
         reflection.find_subgroup().map_err(|what| format!("shader {label:?}: {what}"))?;
         reflection.find_bindings().map_err(|what| format!("shader {label:?}: {what}"))?;
         Ok(reflection)
+    }
+
+    /// Puts stages in GLSL in the place of `vs`.
+    ///
+    /// # Errors
+    /// The compiler's message, or what a plan cannot give such a stage.
+    fn with_stages(mut self, pre_raster: &PreRaster) -> Result<Self, String> {
+        self.vs = None;
+        for binding in &mut self.bindings {
+            binding.vertex = false;
+        }
+        self.bindings.retain(|binding| binding.compute || binding.fragment);
+        for (stage, source) in glsl::stages(pre_raster) {
+            let compiled = spirv::Compiled::new(stage, source)?;
+            for found in &compiled.bindings {
+                self.join(found).map_err(|what| format!("{} stage: {what}", stage.name()))?;
+            }
+            if stage == glsl::Stage::Vertex {
+                self.vs = Some(Vs { inputs: compiled.inputs.clone() });
+            }
+            self.stages.push(compiled);
+        }
+        self.bindings.sort_by_key(|binding| (binding.group, binding.binding));
+        Ok(self)
+    }
+
+    /// Adds a stage's buffer, which another stage may declare too.
+    fn join(&mut self, found: &spirv::Found) -> Result<(), String> {
+        let spirv::Found { group, binding, name, access, min_bytes } = found.clone();
+        let twin = self.bindings.iter_mut().find(|b| (b.group, b.binding) == (group, binding));
+        let Some(twin) = twin else {
+            let (compute, vertex, fragment) = (false, true, false);
+            let new =
+                Binding { group, binding, name, access, compute, vertex, fragment, min_bytes };
+            self.bindings.push(new);
+            return Ok(());
+        };
+        let of_storage = |access| matches!(access, Access::Read | Access::ReadWrite);
+        let alike = twin.access == access || (of_storage(twin.access) && of_storage(access));
+        if twin.name != name || !alike {
+            return Err(format!(
+                "`{name}` ({access:?}) and `{}` ({:?}) are both at set {group} and binding {binding}",
+                twin.name, twin.access
+            ));
+        }
+        if access == Access::ReadWrite {
+            twin.access = access;
+        }
+        twin.vertex = true;
+        twin.min_bytes = twin.min_bytes.max(min_bytes);
+        Ok(())
     }
 
     /// What a pass of this kind binds.
@@ -255,8 +318,14 @@ impl Reflection {
                         }
                         _ => None,
                     };
+                    let mut inputs = Vec::new();
+                    for argument in &entry.function.arguments {
+                        let binding = argument.binding.as_ref();
+                        locations(&self.module, argument.ty, binding, &mut inputs);
+                    }
                     let uint = outputs.iter().filter(|(_, ty)| is_uint(*ty));
                     self.fs = Some(Fs {
+                        inputs: inputs.into_iter().map(|(at, _)| at).collect(),
                         uint_outputs: uint.map(|&(at, _)| at).collect(),
                         outputs: outputs.into_iter().map(|(at, _)| at).collect(),
                         writes,
@@ -407,6 +476,7 @@ fn locations(
 #[derive(Default)]
 pub(crate) struct Shaders {
     by_source: HashMap<Arc<str>, Arc<Reflection>>,
+    with_stages: HashMap<(Arc<str>, PreRaster), Arc<Reflection>>,
 }
 
 impl Shaders {
@@ -417,6 +487,24 @@ impl Shaders {
         }
         let reflection = Arc::new(Reflection::new(shader)?);
         self.by_source.insert(shader.wgsl.clone(), reflection.clone());
+        Ok(reflection)
+    }
+
+    /// The reflection of all stages of a raster pass.
+    pub(crate) fn of_raster(&mut self, raster: &Raster) -> Result<Arc<Reflection>, String> {
+        if raster.pre_raster == PreRaster::Wgsl {
+            return self.get(&raster.shader);
+        }
+        let key = (raster.shader.wgsl.clone(), raster.pre_raster.clone());
+        if let Some(known) = self.with_stages.get(&key) {
+            return Ok(known.clone());
+        }
+        let label = &raster.shader.label;
+        let reflection = Reflection::new(&raster.shader)?
+            .with_stages(&raster.pre_raster)
+            .map_err(|what| format!("shader {label:?}: {what}"))?;
+        let reflection = Arc::new(reflection);
+        self.with_stages.insert(key, reflection.clone());
         Ok(reflection)
     }
 }
@@ -471,6 +559,7 @@ mod tests {
         assert_eq!(seen.main, Some(main));
         assert_eq!(seen.vs, Some(Vs { inputs: vec![(0, true), (3, false)] }));
         let fs = Fs {
+            inputs: vec![],
             outputs: vec![1],
             writes: false,
             early_depth_test: true,

@@ -1,9 +1,9 @@
 //! What `Plan::check` refuses, and how a plan is printed; no GPU is needed.
 
 use oit_gpu::{
-    Buffer, ColorAttachment, Compare, Depth, DepthStencil, Dispatch, Draw, Format, GpuError, Load,
-    Pass, Plan, Raster, Shader, Stencil, StencilOp, Target, VertexAttribute, VertexFormat,
-    VertexLayout, Work,
+    Buffer, ColorAttachment, Compare, Depth, DepthStencil, Dispatch, Draw, Format, Glsl, GpuError,
+    Load, Mesh, Pass, Plan, PreRaster, Raster, Shader, Stencil, StencilOp, Target, Tessellation,
+    Topology, VertexAttribute, VertexFormat, VertexLayout, Work,
 };
 
 const COUNT: &str = "
@@ -377,6 +377,133 @@ fn a_depth_that_is_written_is_tested_after() {
         raster_of(p).shader = Shader::new("idle", wgsl);
     };
     refused(writing, idle, &["@early_depth_test(less_equal)", "writes no `frag_depth`"]);
+}
+
+const VERTEX: &str = "#version 460
+void main() { gl_Position = vec4(0.0, 0.0, 0.5, 1.0); }";
+
+const GEOMETRY: &str = "#version 460
+layout(points) in;
+layout(points, max_vertices = 1) out;
+layout(set = 0, binding = 1, std430) readonly buffer Atoms { vec4 list[]; } atoms;
+layout(location = 0) out vec4 color;
+void main() {
+    color = atoms.list[gl_PrimitiveIDIn];
+    gl_Position = gl_in[0].gl_Position;
+    EmitVertex();
+}";
+
+const CONTROL: &str = "#version 460
+layout(vertices = 3) out;
+void main() { gl_TessLevelOuter[0] = gl_TessLevelInner[0] = 2.0; }";
+
+const EVALUATION: &str = "#version 460
+layout(triangles) in;
+layout(location = 0) out vec4 color;
+void main() { color = vec4(1.0); gl_Position = vec4(gl_TessCoord, 1.0); }";
+
+fn with_geometry() -> Plan {
+    let mut plan = raster_plan();
+    plan.buffers.push(Buffer::data("atoms", vec![0; 64].into()));
+    let raster = raster_of(&mut plan);
+    let wgsl = MASKED.replace("fn fs()", "fn fs(@location(0) color: vec4<f32>)");
+    raster.shader = Shader::new("impostor", wgsl.replace("vec4<f32>(1.0);", "color;"));
+    raster.pre_raster = PreRaster::from(Glsl {
+        topology: Topology::Points,
+        vertex: VERTEX.into(),
+        tessellation: None,
+        geometry: Some(GEOMETRY.into()),
+    });
+    plan
+}
+
+fn with_tessellation() -> Plan {
+    let mut plan = with_geometry();
+    let glsl = glsl_of(&mut plan);
+    glsl.topology = Topology::Patches(3);
+    glsl.geometry = None;
+    glsl.tessellation =
+        Some(Tessellation { control: CONTROL.into(), evaluation: EVALUATION.into() });
+    plan
+}
+
+fn glsl_of(plan: &mut Plan) -> &mut Glsl {
+    match &mut raster_of(plan).pre_raster {
+        PreRaster::Glsl(glsl) => glsl,
+        _ => unreachable!("the pass has stages in GLSL"),
+    }
+}
+
+#[test]
+fn stages_in_glsl_fit_each_other_and_the_plan() {
+    let geometry = |from: &'static str, to: &'static str| {
+        move |p: &mut Plan| {
+            glsl_of(p).geometry = Some(GEOMETRY.replace(from, to).into());
+        }
+    };
+    refused(with_geometry, geometry("max_vertices", "most"), &["geometry stage in GLSL", "ERROR"]);
+    let renamed = |p: &mut Plan| p.buffers[1].name = "atom".to_owned();
+    refused(with_geometry, renamed, &["`atoms`", "nearest is \"atom\""]);
+    refused(with_geometry, geometry("readonly ", ""), &["`atoms`", "has given data"]);
+    refused(
+        with_geometry,
+        geometry("set = 0, binding = 1", "binding = 0"),
+        &["`counts`", "both at"],
+    );
+    refused(with_geometry, geometry("location = 0", "location = 2"), &["@location(0)", "[2]"]);
+    refused(with_geometry, geometry("(points) in", "(triangles) in"), &["takes triangles"]);
+    refused(
+        with_geometry,
+        |p| glsl_of(p).topology = Topology::Triangles,
+        &["triangles come to it"],
+    );
+    let patches = |p: &mut Plan| glsl_of(p).topology = Topology::Patches(3);
+    refused(with_geometry, patches, &["patches are drawn by tessellation"]);
+    refused(with_tessellation, |p| glsl_of(p).topology = Topology::Points, &["Topology::Patches"]);
+    let none = |p: &mut Plan| glsl_of(p).topology = Topology::Patches(0);
+    refused(with_tessellation, none, &["no vertices"]);
+    let both = |p: &mut Plan| glsl_of(p).geometry = Some(GEOMETRY.into());
+    refused(with_tessellation, both, &["takes points, and triangles come to it"]);
+    let no_fs = |p: &mut Plan| {
+        let vs = "@vertex fn vs() -> @builtin(position) vec4<f32> { return vec4<f32>(); }";
+        raster_of(p).shader = Shader::new("vs", vs);
+    };
+    refused(with_geometry, no_fs, &["needs the entry point `fs`"]);
+    let mesh = |p: &mut Plan| raster_of(p).draw = Draw::Mesh { workgroups: [1; 3] };
+    refused(with_geometry, mesh, &["mesh stages and a mesh draw"]);
+    let listed = with_tessellation().to_string();
+    let stages =
+        "stages in GLSL: vertex, tessellation control, tessellation evaluation; of patches";
+    assert!(listed.contains(stages), "{listed}");
+    assert!(with_geometry().to_string().contains("    reads atoms\n    writes counts\n"));
+}
+
+#[test]
+fn mesh_stages_are_checked_without_a_gpu() {
+    let source = "#version 460
+        #extension GL_EXT_mesh_shader : require
+        layout(set = 0, binding = 1, std430) readonly buffer Atoms { vec4 list[]; } atoms;
+        layout(local_size_x = 3) in;
+        layout(triangles, max_vertices = 3, max_primitives = 1) out;
+        layout(location = 0) out vec4 color[];
+        void main() {
+            SetMeshOutputsEXT(3, 1);
+            color[gl_LocalInvocationIndex] = atoms.list[gl_WorkGroupID.x];
+            gl_MeshVerticesEXT[gl_LocalInvocationIndex].gl_Position = vec4(0.0);
+            gl_PrimitiveTriangleIndicesEXT[0] = uvec3(0, 1, 2);
+        }";
+    let mut plan = with_geometry();
+    let raster = raster_of(&mut plan);
+    raster.pre_raster = PreRaster::from(Mesh { task: None, mesh: source.into() });
+    raster.draw = Draw::Mesh { workgroups: [4, 1, 1] };
+    plan.check().expect("sound");
+    let listed = plan.to_string();
+    assert!(
+        listed.contains("    mesh workgroups 4 x 1 x 1\n    stages in GLSL: mesh\n"),
+        "{listed}"
+    );
+    raster_of(&mut plan).draw = Draw::Vertices { count: 3, instances: 1 };
+    assert!(fault(&plan).contains("mesh stages and a mesh draw"));
 }
 
 #[test]

@@ -6,8 +6,9 @@
 use libtest_mimic::{Arguments, Trial};
 use oit_gpu::{
     Blend, Buffer, ColorAttachment, Compare, Depth, DepthStencil, Device, Dispatch, Draw, Format,
-    GpuError, Load, Pass, Plan, PlanId, Raster, Shader, Stencil, StencilOp, Target,
-    VertexAttribute, VertexFormat, VertexLayout, Vulkan, Work, enumerate, open,
+    Glsl, GpuError, Load, Mesh, Pass, Plan, PlanId, PreRaster, Raster, Shader, Stencil, StencilOp,
+    Target, Tessellation, Topology, VertexAttribute, VertexFormat, VertexLayout, Vulkan, Work,
+    enumerate, open,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -33,6 +34,11 @@ const CHECKS: &[(&str, Check)] = &[
     ("draws_many_times_from_a_buffer", draws_many_times_from_a_buffer),
     ("fragments_write_depth", fragments_write_depth),
     ("draws_to_eight_targets", draws_to_eight_targets),
+    ("geometry_stages_make_squares_of_points", geometry_stages_make_squares_of_points),
+    ("tessellation_stages_make_a_grid", tessellation_stages_make_a_grid),
+    ("counts_what_each_raster_pass_does", counts_what_each_raster_pass_does),
+    ("points_are_as_large_as_told", points_are_as_large_as_told),
+    ("mesh_stages_make_squares", mesh_stages_make_squares),
     ("minima_and_maxima_of_64_bits", minima_and_maxima_of_64_bits),
     ("stencil_rejects_before_the_shader_writes", stencil_rejects_before_the_shader_writes),
     ("depth_rejects_before_the_shader_writes", depth_rejects_before_the_shader_writes),
@@ -834,6 +840,232 @@ fn draws_to_eight_targets(device: &mut dyn Device) {
     assert_eq!(to_words(&read("f")), [0xFFFF_FF00, 0xFFFF_FF01]);
     assert_eq!(to_words(&read("g")), [1, 2, u32::MAX, 0, 1, 2, u32::MAX, 1]);
     assert_eq!(to_floats(&read("h")), [4.0, 4.0]);
+}
+
+/// Columns of the screen's upper half, by stages in GLSL: of each pair of a buffer `columns`, the
+/// second in the column that the first says. `fs` writes what it is given to the target `ids`.
+fn columns(pre_raster: PreRaster, draw: Draw) -> Plan {
+    // A vertex stage that is not used may stand there.
+    let fragment = "
+        @vertex fn vs() -> @builtin(position) vec4<f32> { return vec4<f32>(0.0); }
+        @fragment fn fs(@location(1) @interpolate(flat) id: u32) -> @location(0) u32 { return id; }";
+    let raster = Raster {
+        pre_raster,
+        color: vec![color("ids", None, Load::Clear([0.0; 4]))],
+        ..Raster::new(Shader::new("columns", fragment), draw)
+    };
+    let columns = Buffer::data("columns", words(&[2, 100, 7, 0xFFFF_FFFF, 4, 300]));
+    plan(
+        vec![columns],
+        vec![target("ids", Format::R32Uint, 8, 4)],
+        vec![Pass::raster("draw", raster)],
+    )
+}
+
+const DRAWN_COLUMNS: [u32; 8] = [0, 0, 100, 0, 300, 0, 0, u32::MAX];
+
+fn assert_columns_are_drawn(device: &mut dyn Device, plan: &Plan) {
+    let ids = words_of(device, plan, "ids");
+    let none = [0; 8];
+    assert_eq!(ids, [DRAWN_COLUMNS, DRAWN_COLUMNS, none, none].concat());
+}
+
+const COLUMNS: &str = "
+layout(set = 0, binding = 0, std430) readonly buffer Columns { uvec2 of[]; } columns;
+vec4 corner(uint column, vec2 at) {
+    return vec4((float(column) + at.x) / 4.0 - 1.0, at.y, 0.5, 1.0);
+}
+";
+
+/// GLSL for Vulkan with [`COLUMNS`] after the version.
+fn glsl(extension: &str, source: &str) -> Arc<str> {
+    format!("#version 460\n{extension}\n{COLUMNS}{source}").into()
+}
+
+fn geometry_stages_make_squares_of_points(device: &mut dyn Device) {
+    let plan = geometry_columns();
+    let listed = plan.to_string();
+    assert!(listed.contains("stages in GLSL: vertex, geometry; of points"), "{listed}");
+    assert!(listed.contains("    reads columns\n"), "{listed}");
+    if !lacks(device, "geometry shader", &plan) {
+        assert_columns_are_drawn(device, &plan);
+    }
+}
+
+fn geometry_columns() -> Plan {
+    let vertex = "#version 460
+        layout(location = 0) flat out int number;
+        void main() { number = gl_VertexIndex; gl_Position = vec4(0.0, 0.0, 0.5, 1.0); }";
+    let geometry = "
+        layout(points) in;
+        layout(triangle_strip, max_vertices = 4) out;
+        layout(location = 0) flat in int number[];
+        layout(location = 1) flat out uint id;
+        void main() {
+            uvec2 column = columns.of[number[0]];
+            for (int i = 0; i < 4; ++i) {
+                id = column.y;
+                gl_Position = corner(column.x, vec2(i & 1, i >> 1));
+                EmitVertex();
+            }
+        }";
+    let stages = PreRaster::from(Glsl {
+        topology: Topology::Points,
+        vertex: vertex.into(),
+        tessellation: None,
+        geometry: Some(glsl("", geometry)),
+    });
+    columns(stages, Draw::Vertices { count: 3, instances: 1 })
+}
+
+fn tessellation_stages_make_a_grid(device: &mut dyn Device) {
+    let vertex = "#version 460
+        layout(location = 0) out int number;
+        void main() { number = gl_VertexIndex; gl_Position = vec4(0.0, 0.0, 0.5, 1.0); }";
+    let control = "#version 460
+        layout(vertices = 1) out;
+        layout(location = 0) in int number[];
+        layout(location = 0) out int patch_number[];
+        void main() {
+            patch_number[gl_InvocationID] = number[gl_InvocationID];
+            for (int i = 0; i < 4; ++i) gl_TessLevelOuter[i] = 4.0;
+            for (int i = 0; i < 2; ++i) gl_TessLevelInner[i] = 4.0;
+        }";
+    let evaluation = "
+        layout(quads, equal_spacing) in;
+        layout(location = 0) in int patch_number[];
+        layout(location = 1) flat out uint id;
+        void main() {
+            uvec2 column = columns.of[patch_number[0]];
+            id = column.y;
+            gl_Position = corner(column.x, gl_TessCoord.xy);
+        }";
+    let both = Tessellation { control: control.into(), evaluation: glsl("", evaluation) };
+    let stages = PreRaster::from(Glsl {
+        topology: Topology::Patches(1),
+        vertex: vertex.into(),
+        tessellation: Some(both),
+        geometry: None,
+    });
+    let plan = columns(stages, Draw::Vertices { count: 3, instances: 1 });
+    if !lacks(device, "tessellation shader", &plan) {
+        assert_columns_are_drawn(device, &plan);
+    }
+}
+
+/// Three columns of 8 pixels by a geometry stage, and four screens of 37 x 21 before them, by a plan
+/// that also does what is no raster pass.
+fn counts_what_each_raster_pass_does(device: &mut dyn Device) {
+    let draw = Draw::Vertices { count: 3, instances: 4 };
+    let color = vec![color("image", None, Load::Clear([0.0; 4]))];
+    let screens = Raster { draw, ..full_screen(COUNTING, color) };
+    let passes = vec![Pass::clear("clear", "counts"), Pass::raster("count", screens)];
+    let targets = vec![target("image", Format::R8Unorm, 37, 21)];
+    let plan = plan(vec![Buffer::new("counts", 4)], targets, passes);
+    let id = device.prepare(&plan).expect("prepared");
+    device.poison(id).expect("poisoned");
+    let lacking = &device.info().unsupported;
+    if lacking.iter().any(|missing| missing.feature == "pipeline statistics") {
+        let refused = device.statistics(id);
+        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+        return;
+    }
+    for _ in 0..2 {
+        let counted = device.statistics(id).expect("counted");
+        let [counted] = &counted[..] else { panic!("one raster pass: {counted:?}") };
+        assert_eq!(counted.pass, 1);
+        assert_eq!((counted.geometry_invocations, counted.tessellation_patches), (None, None));
+        assert!(counted.vertex_invocations >= 3, "{counted:?}");
+        assert_eq!(counted.clipping_invocations, 4, "{counted:?}");
+        assert!(counted.clipping_primitives >= 4, "{counted:?}");
+        // Quads that are partly outside may be counted in full.
+        assert!((4 * 37 * 21..=4 * 38 * 22 * 2).contains(&counted.fragment_invocations));
+        assert!(counted.input_vertices.is_none_or(|vertices| vertices == 12), "{counted:?}");
+        assert!(counted.input_primitives.is_none_or(|primitives| primitives == 4), "{counted:?}");
+        // It is a run like any other.
+        assert_eq!(to_words(&device.read(id, "counts").expect("read"))[0], 4 * 37 * 21);
+    }
+    assert!(device.run(id).expect("ran").stages.len() <= 2);
+    let empty = device.prepare(&self::plan(vec![], vec![], vec![])).expect("prepared");
+    assert_eq!(device.statistics(empty).expect("counted"), []);
+    let geometry = geometry_columns();
+    if lacks(device, "geometry shader", &geometry) {
+        return;
+    }
+    let id = device.prepare(&geometry).expect("prepared");
+    let counted = &device.statistics(id).expect("counted")[0];
+    assert_eq!((counted.input_vertices, counted.vertex_invocations), (Some(3), 3), "{counted:?}");
+    assert_eq!(counted.geometry_invocations, Some(3), "{counted:?}");
+    assert_eq!(counted.geometry_primitives, Some(6), "{counted:?}");
+    assert!(counted.fragment_invocations >= 6, "{counted:?}");
+}
+
+fn mesh_stages_make_squares(device: &mut dyn Device) {
+    let task = "
+        struct First { uint column; };
+        taskPayloadSharedEXT First first;
+        layout(local_size_x = 1) in;
+        void main() {
+            first.column = gl_WorkGroupID.x;
+            EmitMeshTasksEXT(1, 1, 1);
+        }";
+    let mesh = |column: &str, payload: &str| {
+        let source = format!(
+            "{payload}
+            layout(local_size_x = 4) in;
+            layout(triangles, max_vertices = 4, max_primitives = 2) out;
+            // What `fs` reads is of a vertex: WGSL has no other.
+            layout(location = 1) flat out uint id[];
+            void main() {{
+                uvec2 column = columns.of[{column}];
+                uint i = gl_LocalInvocationIndex;
+                SetMeshOutputsEXT(4, 2);
+                id[i] = column.y;
+                gl_MeshVerticesEXT[i].gl_Position = corner(column.x, vec2(i & 1, i >> 1));
+                if (i < 2) {{
+                    gl_PrimitiveTriangleIndicesEXT[i] = uvec3(i, i + 1, i + 2);
+                }}
+            }}"
+        );
+        glsl("#extension GL_EXT_mesh_shader : require", &source)
+    };
+    let payload = "struct First { uint column; }; taskPayloadSharedEXT First first;";
+    let alone = Mesh { task: None, mesh: mesh("gl_WorkGroupID.x", "") };
+    let task = glsl("#extension GL_EXT_mesh_shader : require", task);
+    let after = Mesh { task: Some(task), mesh: mesh("first.column", payload) };
+    for stages in [alone, after] {
+        let draw = Draw::Mesh { workgroups: [3, 1, 1] };
+        let plan = columns(stages.into(), draw);
+        if !lacks(device, "mesh shaders", &plan) {
+            assert_columns_are_drawn(device, &plan);
+        }
+    }
+}
+
+fn points_are_as_large_as_told(device: &mut dyn Device) {
+    let vertex = "#version 460
+        layout(location = 1) flat out uint id;
+        void main() {
+            id = 5;
+            gl_PointSize = 3.0;
+            gl_Position = vec4(0.125, 0.25, 0.5, 1.0);
+        }";
+    let stages = PreRaster::from(Glsl {
+        topology: Topology::Points,
+        vertex: vertex.into(),
+        tessellation: None,
+        geometry: None,
+    });
+    let plan = columns(stages, Draw::Vertices { count: 1, instances: 1 });
+    if device.info().backend == "wgpu" {
+        let refused = device.prepare(&plan);
+        assert!(matches!(refused, Err(GpuError::Unsupported(_))), "{refused:?}");
+        return;
+    }
+    // In pixel 4 of row 1.
+    let ids = words_of(device, &plan, "ids");
+    let row = [0, 0, 0, 5, 5, 5, 0, 0];
+    assert_eq!(ids, [row, row, row, [0; 8]].concat());
 }
 
 /// Without a result, as a framebuffer of depth and object in one word wants them, in both stages.

@@ -51,6 +51,11 @@ fn executable(
     let statistics = unsafe { functions.get_pipeline_executable_statistics(&info) }.ok()?;
     let stages = [
         (vk::ShaderStageFlags::VERTEX, "vertex"),
+        (vk::ShaderStageFlags::TESSELLATION_CONTROL, "tessellation control"),
+        (vk::ShaderStageFlags::TESSELLATION_EVALUATION, "tessellation evaluation"),
+        (vk::ShaderStageFlags::GEOMETRY, "geometry"),
+        (vk::ShaderStageFlags::TASK_EXT, "task"),
+        (vk::ShaderStageFlags::MESH_EXT, "mesh"),
         (vk::ShaderStageFlags::FRAGMENT, "fragment"),
         (vk::ShaderStageFlags::COMPUTE, "compute"),
     ];

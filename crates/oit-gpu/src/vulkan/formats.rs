@@ -1,5 +1,6 @@
 //! A plan's words in Vulkan's.
 
+use crate::glsl::Stage;
 use crate::{Blend, Compare, Format, StencilOp, VertexFormat};
 use ash::vk;
 
@@ -23,6 +24,18 @@ pub(super) fn format(format: Format, stencil: vk::Format) -> vk::Format {
         Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
         Format::Depth32Float => vk::Format::D32_SFLOAT,
         Format::Stencil8 => stencil,
+    }
+}
+
+/// The flag of a stage in GLSL.
+pub(super) fn stage(stage: Stage) -> vk::ShaderStageFlags {
+    match stage {
+        Stage::Vertex => vk::ShaderStageFlags::VERTEX,
+        Stage::TessellationControl => vk::ShaderStageFlags::TESSELLATION_CONTROL,
+        Stage::TessellationEvaluation => vk::ShaderStageFlags::TESSELLATION_EVALUATION,
+        Stage::Geometry => vk::ShaderStageFlags::GEOMETRY,
+        Stage::Task => vk::ShaderStageFlags::TASK_EXT,
+        Stage::Mesh => vk::ShaderStageFlags::MESH_EXT,
     }
 }
 

@@ -4,7 +4,7 @@ use super::instance::Instance;
 use super::physical::Physical;
 use super::{executables, failure, formats};
 use crate::{GpuError, Target};
-use ash::{khr, vk};
+use ash::{ext, khr, vk};
 use std::rc::Rc;
 
 /// Bytes of the buffer through which uploads and read-backs go, piece by piece.
@@ -19,6 +19,8 @@ pub(super) struct Gpu {
     fence: vk::Fence,
     /// `None` where the driver tells nothing of its pipelines, or is not to be asked.
     pub(super) executables: Option<executables::Functions>,
+    /// The functions of mesh shaders, where the device has them.
+    pub(super) mesh: Option<ext::mesh_shader::Device>,
     pub(super) instance: Rc<Instance>,
 }
 
@@ -31,6 +33,13 @@ impl Gpu {
             .full_draw_index_uint32(has.full_draw_index_uint32 != 0)
             .independent_blend(has.independent_blend != 0)
             .depth_clamp(has.depth_clamp != 0)
+            .geometry_shader(has.geometry_shader != 0)
+            .tessellation_shader(has.tessellation_shader != 0)
+            .large_points(has.large_points != 0)
+            .shader_tessellation_and_geometry_point_size(
+                has.shader_tessellation_and_geometry_point_size != 0,
+            )
+            .pipeline_statistics_query(has.pipeline_statistics_query != 0)
             .multi_draw_indirect(has.multi_draw_indirect != 0)
             .draw_indirect_first_instance(has.draw_indirect_first_instance != 0)
             .shader_int64(has.shader_int64 != 0);
@@ -47,7 +56,11 @@ impl Gpu {
             .queue_family_index(physical.queue_family)
             .queue_priorities(&[1.0])];
         let asks = physical.has_executable_properties && !executables::are_refused();
-        let extensions = [khr::pipeline_executable_properties::NAME.as_ptr()];
+        let stages = physical.limits.stages;
+        let mut extensions = Vec::new();
+        let mut mesh = vk::PhysicalDeviceMeshShaderFeaturesEXT::default()
+            .mesh_shader(stages.mesh)
+            .task_shader(stages.task);
         let mut properties = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
             .pipeline_executable_info(true);
         let mut create = vk::DeviceCreateInfo::default()
@@ -56,8 +69,14 @@ impl Gpu {
             .push_next(&mut f12)
             .push_next(&mut f13);
         if asks {
-            create = create.enabled_extension_names(&extensions).push_next(&mut properties);
+            extensions.push(khr::pipeline_executable_properties::NAME.as_ptr());
+            create = create.push_next(&mut properties);
         }
+        if stages.mesh {
+            extensions.push(ext::mesh_shader::NAME.as_ptr());
+            create = create.push_next(&mut mesh);
+        }
+        let create = create.enabled_extension_names(&extensions);
         // SAFETY: the physical device is of this instance; what is enabled it has, or, like the
         // features of 1.3 named here, every device of its version must have.
         let device = unsafe { instance.raw.create_device(physical.raw, &create, None) }
@@ -66,8 +85,10 @@ impl Gpu {
         // SAFETY: the queue was asked for above.
         let queue = unsafe { device.get_device_queue(physical.queue_family, 0) };
         let executables = asks.then(|| executables::Functions::new(&instance.raw, &device));
+        let mesh = stages.mesh.then(|| ext::mesh_shader::Device::new(&instance.raw, &device));
         let mut gpu = Self {
             device,
+            mesh,
             physical,
             queue,
             command_pool: vk::CommandPool::null(),

@@ -13,13 +13,15 @@ mod physical;
 mod pipeline;
 mod prepared;
 mod sample_mask;
-mod words;
+mod statistics;
+pub(crate) mod words;
 
-use crate::device::{POISON, no_resource, not_prepared};
+use crate::device::{POISON, no_resource, no_statistics, not_prepared};
 use crate::pipeline_key::PipelineKey;
 use crate::reflect::Shaders;
 use crate::{
-    Compiled, Contents, Device, DeviceInfo, Format, GpuError, Plan, PlanId, Target, Timing,
+    Compiled, Contents, Device, DeviceInfo, Format, GpuError, PassStatistics, Plan, PlanId, Target,
+    Timing,
 };
 use ash::vk;
 use gpu::{Buffer, Gpu, Image, Staging};
@@ -209,6 +211,13 @@ impl Device for Vulkan {
         self.plan(plan)?.run()
     }
 
+    fn statistics(&mut self, plan: PlanId) -> Result<Vec<PassStatistics>, GpuError> {
+        if self.gpu.physical.features.pipeline_statistics_query == 0 {
+            return Err(no_statistics(&self.gpu.physical.info.name));
+        }
+        self.plan(plan)?.statistics()
+    }
+
     fn poison(&mut self, plan: PlanId) -> Result<(), GpuError> {
         let prepared = self.plan(plan)?;
         self.gpu.once(|commands| {
@@ -232,7 +241,7 @@ impl Device for Vulkan {
         }
         match prepared.targets.iter().find(|(target, _)| target.name == resource) {
             Some((target, image)) => staging.download_image(image, target),
-            None => Err(no_resource(&prepared.plan, resource)),
+            None => Err(no_resource(&prepared.plan.name, resource)),
         }
     }
 

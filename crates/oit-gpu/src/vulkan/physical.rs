@@ -3,7 +3,7 @@
 use super::instance::{Instance, version_text};
 use super::{failure, formats};
 use crate::features::Features;
-use crate::limits::Limits;
+use crate::limits::{Limits, StageLimits};
 use crate::timing::Clock;
 use crate::{Format, GpuError};
 use ash::{ext, khr, vk};
@@ -63,13 +63,6 @@ impl Physical {
         let mut p11 = vk::PhysicalDeviceVulkan11Properties::default();
         let mut p12 = vk::PhysicalDeviceVulkan12Properties::default();
         let mut p13 = vk::PhysicalDeviceVulkan13Properties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default()
-            .push_next(&mut p11)
-            .push_next(&mut p12)
-            .push_next(&mut p13);
-        // SAFETY: the chain holds structures of Vulkan 1.3, which the device has.
-        unsafe { vulkan.get_physical_device_properties2(raw, &mut properties) };
-        let properties = properties.properties;
         // SAFETY: as above.
         let extensions = unsafe { vulkan.enumerate_device_extension_properties(raw) }
             .map_err(|error| failure("listing the extensions", error))?;
@@ -77,14 +70,30 @@ impl Physical {
             .iter()
             .filter_map(|extension| Some(extension.extension_name_as_c_str().ok()?.to_owned()))
             .collect();
+        let mut mesh_limits = vk::PhysicalDeviceMeshShaderPropertiesEXT::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut p11)
+            .push_next(&mut p12)
+            .push_next(&mut p13);
+        // A driver is only asked of what it knows.
+        let has_mesh = extensions.contains(ext::mesh_shader::NAME);
+        if has_mesh {
+            properties = properties.push_next(&mut mesh_limits);
+        }
+        // SAFETY: the chain holds structures of Vulkan 1.3, and of an extension that the device has.
+        unsafe { vulkan.get_physical_device_properties2(raw, &mut properties) };
+        let properties = properties.properties;
+        let mut mesh_features = vk::PhysicalDeviceMeshShaderFeaturesEXT::default();
         let mut f12 = vk::PhysicalDeviceVulkan12Features::default();
         let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut f12);
-        // A driver is only asked of what it knows.
+        if has_mesh {
+            features = features.push_next(&mut mesh_features);
+        }
         if extensions.contains(khr::pipeline_executable_properties::NAME) {
             features = features.push_next(&mut executables);
         }
-        // SAFETY: the chain holds structures of Vulkan 1.3 and of an extension that the device has.
+        // SAFETY: the chain holds structures of Vulkan 1.3 and of extensions that the device has.
         unsafe { vulkan.get_physical_device_features2(raw, &mut features) };
         let features = features.features;
         // SAFETY: as above.
@@ -116,9 +125,22 @@ impl Physical {
                 format_features(format).contains(attachment)
             })
             .unwrap_or(vk::Format::S8_UINT);
-        let limits = limits(&name, &properties.limits, &features, &f12, &p11, &p13, |format| {
+        let mut limits = limits(&name, &properties.limits, &features, &f12, &p11, &p13, |format| {
             format_features(formats::format(format, stencil_format))
         });
+        limits.stages = StageLimits {
+            mesh: mesh_features.mesh_shader != 0,
+            task: mesh_features.task_shader != 0,
+            // Of whichever stage is first.
+            mesh_workgroups: [0, 1, 2].map(|side: usize| {
+                let mesh = mesh_limits.max_mesh_work_group_count[side];
+                mesh.min(mesh_limits.max_task_work_group_count[side])
+            }),
+            mesh_workgroups_total: mesh_limits
+                .max_mesh_work_group_total_count
+                .min(mesh_limits.max_task_work_group_total_count),
+            ..limits.stages
+        };
         let has_executable_properties = executables.pipeline_executable_info != 0;
         let blends = limits.blendable.contains(&Format::R32Float);
         let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
@@ -249,6 +271,14 @@ fn limits(
         indirect_draws: match features.multi_draw_indirect {
             0 => 1,
             _ => limits.max_draw_indirect_count,
+        },
+        stages: StageLimits {
+            glsl: true,
+            geometry: features.geometry_shader != 0,
+            tessellation: features.tessellation_shader != 0,
+            patch_vertices: limits.max_tessellation_patch_size,
+            point_size: features.shader_tessellation_and_geometry_point_size != 0,
+            ..StageLimits::default()
         },
         first_instance: features.draw_indirect_first_instance != 0,
         drawable: Format::ALL.into_iter().filter(drawable).collect(),

@@ -3,10 +3,10 @@
 use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
 use super::{executables, failure, formats, sample_mask};
-use crate::GpuError;
 use crate::cache_file::CacheFile;
 use crate::pipeline_key::{PipelineKey, RasterKey};
 use crate::reflect::{Access, Kind, Reflection};
+use crate::{GpuError, PreRaster, Topology};
 use ash::vk;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
@@ -158,13 +158,22 @@ impl Pipelines {
         feedback: &mut vk::PipelineCreationFeedback,
     ) -> Result<(vk::Pipeline, u64), GpuError> {
         let gpu = &self.gpu;
-        let vs = Module::new(gpu, label, reflection, naga::ShaderStage::Vertex, "vs")?;
         let fs = Module::new(gpu, label, reflection, naga::ShaderStage::Fragment, "fs")?;
+        let mut modules = Vec::new();
+        if key.pre_raster == PreRaster::Wgsl {
+            let vs = Module::new(gpu, label, reflection, naga::ShaderStage::Vertex, "vs")?;
+            modules.push((vk::ShaderStageFlags::VERTEX, vs, c"vs"));
+        }
+        for compiled in &reflection.stages {
+            let module = Module::of_words(gpu, label, &compiled.words)?;
+            modules.push((formats::stage(compiled.stage), module, c"main"));
+        }
         let stage = vk::PipelineShaderStageCreateInfo::default();
-        let stages = [
-            stage.stage(vk::ShaderStageFlags::VERTEX).module(vs.raw).name(c"vs"),
-            stage.stage(vk::ShaderStageFlags::FRAGMENT).module(fs.raw).name(c"fs"),
-        ];
+        let mut stages: Vec<_> = modules
+            .iter()
+            .map(|(flag, module, name)| stage.stage(*flag).module(module.raw).name(name))
+            .collect();
+        stages.push(stage.stage(vk::ShaderStageFlags::FRAGMENT).module(fs.raw).name(c"fs"));
         let mut bindings = Vec::new();
         let mut attributes = Vec::new();
         if let Some(layout) = &key.layout {
@@ -187,8 +196,20 @@ impl Pipelines {
         let vertex = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&bindings)
             .vertex_attribute_descriptions(&attributes);
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
-            .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let (mut topology, mut patch) = (vk::PrimitiveTopology::TRIANGLE_LIST, None);
+        if let PreRaster::Glsl(glsl) = &key.pre_raster {
+            match glsl.topology {
+                Topology::Points => topology = vk::PrimitiveTopology::POINT_LIST,
+                Topology::Triangles => {}
+                Topology::Patches(vertices) => {
+                    topology = vk::PrimitiveTopology::PATCH_LIST;
+                    patch = Some(vertices);
+                }
+            }
+        }
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+        let tessellation = vk::PipelineTessellationStateCreateInfo::default()
+            .patch_control_points(patch.unwrap_or(1));
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
         let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
@@ -238,7 +259,11 @@ impl Pipelines {
         }
         let mut feedback =
             vk::PipelineCreationFeedbackCreateInfo::default().pipeline_creation_feedback(feedback);
-        let create = [vk::GraphicsPipelineCreateInfo::default()
+        let mut create = vk::GraphicsPipelineCreateInfo::default();
+        if patch.is_some() {
+            create = create.tessellation_state(&tessellation);
+        }
+        let create = [create
             .flags(executables::flags(gpu))
             .stages(&stages)
             .vertex_input_state(&vertex)
@@ -283,6 +308,14 @@ impl Pipeline {
             from_cache: None,
             executables: None,
         };
+        // Stages in GLSL take the place of the vertex stage.
+        let before_raster = match reflection.stages.is_empty() {
+            true => vk::ShaderStageFlags::VERTEX,
+            false => {
+                let flags = reflection.stages.iter().map(|stage| formats::stage(stage.stage));
+                flags.fold(vk::ShaderStageFlags::empty(), |all, flag| all | flag)
+            }
+        };
         for group in 0..reflection.groups(kind) {
             let bindings: Vec<_> = reflection
                 .bindings_of(kind)
@@ -294,7 +327,7 @@ impl Pipeline {
                     let stages = match kind {
                         Kind::Compute => vk::ShaderStageFlags::COMPUTE,
                         Kind::Raster => {
-                            used(binding.vertex, vk::ShaderStageFlags::VERTEX)
+                            used(binding.vertex, before_raster)
                                 | used(binding.fragment, vk::ShaderStageFlags::FRAGMENT)
                         }
                     };
@@ -358,8 +391,14 @@ impl<'a> Module<'a> {
         let code = spirv(reflection, stage, entry_point).map_err(|error| {
             GpuError::Unsupported(format!("shader {label:?} has no SPIR-V: {error}"))
         })?;
-        let create = vk::ShaderModuleCreateInfo::default().code(&code);
-        // SAFETY: naga writes valid SPIR-V from a validated module.
+        Self::of_words(gpu, label, &code)
+    }
+
+    /// The module of SPIR-V that naga or glslang wrote.
+    fn of_words(gpu: &'a Gpu, label: &str, code: &[u32]) -> Result<Self, GpuError> {
+        let create = vk::ShaderModuleCreateInfo::default().code(code);
+        // SAFETY: naga writes valid SPIR-V from a validated module, and glslang from a program that
+        // it has checked.
         let raw = unsafe { gpu.device.create_shader_module(&create, None) }
             .map_err(|error| failure(&format!("loading {label:?}"), error))?;
         Ok(Self { gpu, raw })

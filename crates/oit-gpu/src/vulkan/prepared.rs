@@ -16,8 +16,11 @@ use std::sync::Arc;
 
 /// A plan made ready. Its commands are recorded once and submitted at every run.
 pub(super) struct Prepared {
-    gpu: Rc<Gpu>,
-    pub(super) plan: String,
+    pub(super) gpu: Rc<Gpu>,
+    /// The plan, without its data: the device holds that.
+    pub(super) plan: Plan,
+    reflections: Vec<Option<Arc<Reflection>>>,
+    sets: Vec<Vec<vk::DescriptorSet>>,
     pub(super) buffers: Vec<NamedBuffer>,
     pub(super) targets: Vec<(Target, Rc<Image>)>,
     /// What became of the shaders.
@@ -55,9 +58,17 @@ impl Prepared {
             undefined: matches!(buffer.contents, Contents::Undefined),
             buffer: raw,
         };
+        let mut kept = plan.clone();
+        for buffer in &mut kept.buffers {
+            if let Contents::Data(data) = &mut buffer.contents {
+                *data = Arc::new([]);
+            }
+        }
         let mut prepared = Self {
             gpu: gpu.clone(),
-            plan: plan.name.clone(),
+            plan: kept,
+            reflections: reflections.to_vec(),
+            sets: Vec::new(),
             buffers: plan.buffers.iter().zip(buffers).map(named).collect(),
             targets: plan.targets.iter().cloned().zip(targets).collect(),
             compiled: Vec::new(),
@@ -67,7 +78,7 @@ impl Prepared {
             queries: vk::QueryPool::null(),
             commands: vk::CommandBuffer::null(),
         };
-        let sets = prepared.descriptors(plan, reflections)?;
+        prepared.sets = prepared.descriptors(plan, reflections)?;
         if gpu.physical.clock.is_some() {
             let create = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
@@ -77,7 +88,7 @@ impl Prepared {
                 .map_err(|error| failure("creating timestamps", error))?;
         }
         prepared.commands = gpu.begin(vk::CommandBufferUsageFlags::empty())?;
-        prepared.record(plan, reflections, &sets);
+        prepared.record(prepared.commands, None);
         // SAFETY: the command buffer is being recorded.
         unsafe { gpu.device.end_command_buffer(prepared.commands) }
             .map_err(|error| failure("recording the plan", error))?;
@@ -98,12 +109,12 @@ impl Prepared {
 
     fn buffer(&self, name: &str) -> Result<&Buffer, GpuError> {
         let named = self.buffers.iter().find(|buffer| buffer.name == name);
-        named.map(|named| &*named.buffer).ok_or_else(|| no_resource(&self.plan, name))
+        named.map(|named| &*named.buffer).ok_or_else(|| no_resource(&self.plan.name, name))
     }
 
     fn image(&self, name: &str) -> Result<&Image, GpuError> {
         let named = self.targets.iter().find(|(target, _)| target.name == name);
-        named.map(|(_, image)| &**image).ok_or_else(|| no_resource(&self.plan, name))
+        named.map(|(_, image)| &**image).ok_or_else(|| no_resource(&self.plan.name, name))
     }
 
     /// The descriptor sets of every pass.
@@ -171,22 +182,19 @@ impl Prepared {
         Ok(sets)
     }
 
-    fn record(
-        &self,
-        plan: &Plan,
-        reflections: &[Option<Arc<Reflection>>],
-        sets: &[Vec<vk::DescriptorSet>],
-    ) {
+    /// Records the passes with timestamps between the stages, or, with a pool of as many queries as
+    /// there are passes, with what each raster pass counts.
+    pub(super) fn record(&self, commands: vk::CommandBuffer, counts: Option<vk::QueryPool>) {
         let device = &self.gpu.device;
-        let commands = self.commands;
+        let timed = self.gpu.physical.clock.is_some() && counts.is_none();
         let stamp = |query| {
-            if self.gpu.physical.clock.is_some() {
+            if timed {
                 let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
                 // SAFETY: the pool has as many queries as the plan has stamps.
                 unsafe { device.cmd_write_timestamp2(commands, stage, self.queries, query) };
             }
         };
-        if self.gpu.physical.clock.is_some() {
+        if timed {
             // SAFETY: the pool has as many queries as the plan has stamps.
             unsafe {
                 device.cmd_reset_query_pool(commands, self.queries, 0, self.stages.stamps());
@@ -195,12 +203,24 @@ impl Prepared {
         stamp(0);
         for (run, passes) in self.stages.runs.iter().enumerate() {
             for index in passes.clone() {
-                let pass = &plan.passes[index];
-                let read = self.read_by(pass, reflections[index].as_deref());
+                let pass = &self.plan.passes[index];
+                let read = self.read_by(pass, self.reflections[index].as_deref());
+                let counts = counts.filter(|_| matches!(pass.work, Work::Raster(_)));
                 for (layout, image) in &read {
                     self.gpu.transition(commands, image, *layout, formats::READ_LAYOUT);
                 }
-                self.record_pass(pass, index, &sets[index]);
+                if let Some(pool) = counts {
+                    // SAFETY: the pool has a query a pass, reset before.
+                    unsafe {
+                        let flags = vk::QueryControlFlags::empty();
+                        device.cmd_begin_query(commands, pool, index as u32, flags);
+                    }
+                }
+                self.record_pass(commands, pass, index);
+                if let Some(pool) = counts {
+                    // SAFETY: the query was begun above.
+                    unsafe { device.cmd_end_query(commands, pool, index as u32) };
+                }
                 self.gpu.barrier(commands);
                 for (layout, image) in &read {
                     self.gpu.transition(commands, image, formats::READ_LAYOUT, *layout);
@@ -225,9 +245,9 @@ impl Prepared {
             .collect()
     }
 
-    fn record_pass(&self, pass: &Pass, index: usize, sets: &[vk::DescriptorSet]) {
+    fn record_pass(&self, commands: vk::CommandBuffer, pass: &Pass, index: usize) {
         let device = &self.gpu.device;
-        let commands = self.commands;
+        let sets = &self.sets[index];
         // The plan was checked: every name below is one of its resources.
         let raw = |name: &str| {
             let named = self.buffers.iter().find(|buffer| buffer.name == name);
@@ -263,7 +283,7 @@ impl Prepared {
                 }
             }
             Work::Raster(raster) => {
-                let Some((width, height)) = self.begin_rendering(raster) else { return };
+                let Some((width, height)) = self.begin_rendering(commands, raster) else { return };
                 bind(vk::PipelineBindPoint::GRAPHICS);
                 // A negative height puts y = 1 at the top, as wgpu has it.
                 let viewport = [vk::Viewport {
@@ -300,6 +320,11 @@ impl Prepared {
                             let stride = DRAW_STRIDE_BYTES;
                             device.cmd_draw_indirect(commands, raw, at, *draws, stride);
                         }
+                        Draw::Mesh { workgroups: [x, y, z] } => {
+                            if let Some(mesh) = &self.gpu.mesh {
+                                mesh.cmd_draw_mesh_tasks(commands, *x, *y, *z);
+                            }
+                        }
                         Draw::IndexedIndirect {
                             vertices,
                             indices,
@@ -321,7 +346,7 @@ impl Prepared {
     }
 
     /// Begins drawing to the targets; their size in pixels.
-    fn begin_rendering(&self, raster: &Raster) -> Option<(u32, u32)> {
+    fn begin_rendering(&self, commands: vk::CommandBuffer, raster: &Raster) -> Option<(u32, u32)> {
         let find = |name: &str| self.targets.iter().find(|(target, _)| target.name == name);
         let mut size = None;
         let is_uint = |name: &str| find(name).is_some_and(|(target, _)| target.format.is_uint());
@@ -388,7 +413,7 @@ impl Prepared {
         }
         // SAFETY: the views are alive and in the layouts named; the command buffer is being
         // recorded, outside rendering.
-        unsafe { self.gpu.device.cmd_begin_rendering(self.commands, &rendering) };
+        unsafe { self.gpu.device.cmd_begin_rendering(commands, &rendering) };
         Some((width, height))
     }
 }

@@ -4,7 +4,7 @@
 pub(super) const HEADER_WORDS: usize = 5;
 
 /// Every instruction of a module: its opcode and its words, the first included.
-pub(super) fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+pub(crate) fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = words.get(HEADER_WORDS..).unwrap_or_default();
     std::iter::from_fn(move || {
         // Its length is in the upper half of the first word, its opcode in the lower.

@@ -2,7 +2,7 @@
 
 use super::{block_on, formats};
 use crate::features::Features as ShaderFeatures;
-use crate::limits::Limits;
+use crate::limits::{Limits, StageLimits};
 use crate::{Format, GpuError};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use oit_record::{DeviceInfo, Unsupported};
@@ -22,6 +22,7 @@ const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::DEPTH_CLIP_CONTROL)
     .union(Features::VERTEX_WRITABLE_STORAGE)
     .union(Features::INDIRECT_FIRST_INSTANCE)
+    .union(Features::PIPELINE_STATISTICS_QUERY)
     .union(Features::PIPELINE_CACHE);
 
 /// What a timestamp in the midst of an encoder needs.
@@ -97,7 +98,7 @@ pub(super) fn open(adapter: &wgpu::Adapter, index: usize) -> Result<Opened, GpuE
         // wgpu does not tell.
         memory_bytes: None,
         cuda: None,
-        unsupported: unsupported(adapter.features(), downlevel),
+        unsupported: unsupported(adapter.features(), downlevel, limits.first_instance),
     };
     let cache_name = features
         .contains(Features::PIPELINE_CACHE)
@@ -162,7 +163,10 @@ fn limits(
         color_bytes: limits.max_color_attachment_bytes_per_sample,
         // Where the API has no such command, wgpu makes one draw after the other.
         indirect_draws: u32::MAX,
-        first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
+        stages: StageLimits::default(),
+        // Shaders do not see it on DX12 without the passes that check indirect arguments.
+        first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE)
+            && told.backend != wgpu::Backend::Dx12,
         drawable: Format::ALL.into_iter().filter(drawable).collect(),
         blendable: Format::ALL.into_iter().filter(blendable).collect(),
         fragment_writes: downlevel.contains(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
@@ -184,7 +188,11 @@ fn limits(
 }
 
 /// What techniques may need and wgpu or the adapter lacks.
-fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported> {
+fn unsupported(
+    features: Features,
+    downlevel: DownlevelFlags,
+    first_instance: bool,
+) -> Vec<Unsupported> {
     let feature = |name, feature: Features| {
         let missing: Vec<_> = (feature - features).iter_names().map(|(name, _)| name).collect();
         let reason = format!("the adapter lacks {}", missing.join(" and "));
@@ -202,7 +210,11 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         feature("subgroups in fragment", Features::SUBGROUP),
         feature("32-bit float blending", Features::FLOAT32_BLENDABLE),
         feature("unclipped depth", Features::DEPTH_CLIP_CONTROL),
-        feature("first instance of indirect draws", Features::INDIRECT_FIRST_INSTANCE),
+        (
+            "first instance of indirect draws",
+            first_instance,
+            "the adapter lacks INDIRECT_FIRST_INSTANCE, or shaders do not see it".to_owned(),
+        ),
         never("geometry shader"),
         never("tessellation shader"),
         never("fragment shader interlock"),
@@ -211,7 +223,7 @@ fn unsupported(features: Features, downlevel: DownlevelFlags) -> Vec<Unsupported
         never("pipeline executable properties"),
         feature("64-bit atomics", Features::SHADER_INT64_ATOMIC_ALL_OPS),
         feature("64-bit atomic minimum and maximum", Features::SHADER_INT64_ATOMIC_MIN_MAX),
-        feature("mesh shaders", Features::EXPERIMENTAL_MESH_SHADER),
+        ("mesh shaders", false, "they are in GLSL, which wgpu does not take".to_owned()),
     ]
     .into_iter()
     .filter(|(_, supported, _)| !supported)

@@ -8,12 +8,14 @@ mod formats;
 mod pipeline;
 mod prepared;
 
-use crate::device::{POISON, no_resource, not_prepared};
+use crate::device::{POISON, no_resource, no_statistics, not_prepared};
 use crate::limits::{Limits, chain};
 use crate::pipeline_key::PipelineKey;
 use crate::reflect::Shaders;
 use crate::timing::Clock;
-use crate::{Contents, Device, DeviceInfo, Format, GpuError, Plan, PlanId, Target, Timing};
+use crate::{
+    Contents, Device, DeviceInfo, Format, GpuError, PassStatistics, Plan, PlanId, Target, Timing,
+};
 use pipeline::Pipelines;
 use prepared::Prepared;
 use std::collections::HashMap;
@@ -335,6 +337,30 @@ impl Device for Wgpu {
             return Err(GpuError::Device(what));
         }
         Ok(prepared.stages.timing(&ticks, Clock { mask: u64::MAX, period_ns }))
+    }
+
+    fn statistics(&mut self, plan: PlanId) -> Result<Vec<PassStatistics>, GpuError> {
+        let feature = wgpu::Features::PIPELINE_STATISTICS_QUERY;
+        if !self.device.features().contains(feature) {
+            return Err(no_statistics(&self.info.name));
+        }
+        let prepared = self.plan(plan)?;
+        let mut encoder = self.encoder();
+        let readable = prepared.encode_counting(&self.device, &mut encoder);
+        self.submit(Some(encoder))?;
+        let counts: Vec<u64> =
+            self.map(&readable, readable.size(), bytemuck::pod_collect_to_vec::<u8, u64>)?;
+        let each = counts.chunks_exact(4);
+        let passes = prepared.raster_passes().zip(each);
+        let statistics = passes.map(|(pass, counts)| PassStatistics {
+            pass,
+            vertex_invocations: counts[0],
+            clipping_invocations: counts[1],
+            clipping_primitives: counts[2],
+            fragment_invocations: counts[3],
+            ..PassStatistics::default()
+        });
+        Ok(statistics.collect())
     }
 
     fn poison(&mut self, plan: PlanId) -> Result<(), GpuError> {

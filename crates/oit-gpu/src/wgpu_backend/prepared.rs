@@ -19,6 +19,13 @@ pub(super) struct Prepared {
     pub(super) stamps: Option<Stamps>,
 }
 
+/// What is counted of a raster pass, in this order.
+pub(super) const COUNTED: wgpu::PipelineStatisticsTypes =
+    wgpu::PipelineStatisticsTypes::VERTEX_SHADER_INVOCATIONS
+        .union(wgpu::PipelineStatisticsTypes::CLIPPER_INVOCATIONS)
+        .union(wgpu::PipelineStatisticsTypes::CLIPPER_PRIMITIVES_OUT)
+        .union(wgpu::PipelineStatisticsTypes::FRAGMENT_SHADER_INVOCATIONS);
+
 /// A pass's pipeline, and its bind groups with their indices.
 struct Bound {
     pipeline: Rc<Pipeline>,
@@ -159,7 +166,7 @@ impl Prepared {
         stamp(encoder, 0);
         for (run, passes) in (1..).zip(&self.stages.runs) {
             for index in passes.clone() {
-                self.encode_pass(encoder, index);
+                self.encode_pass(encoder, index, None);
             }
             stamp(encoder, run);
         }
@@ -169,7 +176,54 @@ impl Prepared {
         }
     }
 
-    fn encode_pass(&self, encoder: &mut wgpu::CommandEncoder, index: usize) {
+    /// The raster passes, as indices into the plan's.
+    pub(super) fn raster_passes(&self) -> impl Iterator<Item = usize> {
+        let raster = |work: &Work| matches!(work, Work::Raster(_));
+        let passes = self.plan.passes.iter().enumerate();
+        passes.filter(move |(_, pass)| raster(&pass.work)).map(|(index, _)| index)
+    }
+
+    /// Encodes the plan without timestamps, and what each raster pass counts: [`COUNTED`], raster
+    /// pass by raster pass, in the buffer given back.
+    pub(super) fn encode_counting(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> wgpu::Buffer {
+        let count = self.raster_passes().count() as u32;
+        let queries = device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: None,
+            ty: wgpu::QueryType::PipelineStatistics(COUNTED),
+            count: count.max(1),
+        });
+        let size = u64::from(count.max(1))
+            * u64::from(COUNTED.bits().count_ones())
+            * u64::from(wgpu::QUERY_SIZE);
+        let buffer = |usage| {
+            let mapped_at_creation = false;
+            let label = None;
+            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
+        };
+        let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
+        let readable = buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+        let mut query = 0;
+        for index in 0..self.plan.passes.len() {
+            self.encode_pass(encoder, index, Some((&queries, query)));
+            query += u32::from(matches!(self.plan.passes[index].work, Work::Raster(_)));
+        }
+        if count > 0 {
+            encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
+            encoder.copy_buffer_to_buffer(&resolved, 0, &readable, 0, size);
+        }
+        readable
+    }
+
+    fn encode_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        index: usize,
+        counts: Option<(&wgpu::QuerySet, u32)>,
+    ) {
         match (&self.plan.passes[index].work, &self.passes[index]) {
             (Work::Clear { buffer }, _) => {
                 if let Some(buffer) = self.buffer(buffer) {
@@ -192,12 +246,20 @@ impl Prepared {
                     }
                 }
             }
-            (Work::Raster(raster), Some(bound)) => self.encode_raster(encoder, raster, bound),
+            (Work::Raster(raster), Some(bound)) => {
+                self.encode_raster(encoder, raster, bound, counts);
+            }
             _ => {}
         }
     }
 
-    fn encode_raster(&self, encoder: &mut wgpu::CommandEncoder, raster: &Raster, bound: &Bound) {
+    fn encode_raster(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        raster: &Raster,
+        bound: &Bound,
+        counts: Option<(&wgpu::QuerySet, u32)>,
+    ) {
         let Raw::Raster(pipeline) = &bound.pipeline.raw else { return };
         let store = wgpu::StoreOp::Store;
         let colors: Vec<_> = raster
@@ -257,6 +319,9 @@ impl Prepared {
         if let Some(stencil) = attachment.and_then(|attachment| attachment.stencil) {
             pass.set_stencil_reference(u32::from(stencil.reference));
         }
+        if let Some((queries, query)) = counts {
+            pass.begin_pipeline_statistics_query(queries, query);
+        }
         match &raster.draw {
             Draw::Vertices { count, instances } => pass.draw(0..*count, 0..*instances),
             Draw::Indexed { vertices, indices, count, .. } => {
@@ -273,6 +338,8 @@ impl Prepared {
                     pass.multi_draw_indirect(arguments, *offset_bytes, *draws);
                 }
             }
+            // Refused before: the backend has no stages in GLSL.
+            Draw::Mesh { .. } => {}
             Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
                 if let (Some(vertices), Some(indices), Some(arguments)) =
                     (self.buffer(vertices), self.buffer(indices), self.buffer(arguments))
@@ -282,6 +349,9 @@ impl Prepared {
                     pass.draw_indexed_indirect(arguments, *offset_bytes);
                 }
             }
+        }
+        if counts.is_some() {
+            pass.end_pipeline_statistics_query();
         }
     }
 

@@ -82,6 +82,11 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
                 oit_gpu::Work::Clear { .. } => continue,
             };
             println!("\n// {}\n{}", shader.label, shader.wgsl);
+            if let oit_gpu::Work::Raster(raster) = &pass.work {
+                for (stage, source) in raster.pre_raster.glsl_stages() {
+                    println!("\n// {}, {stage} stage in GLSL\n{source}", shader.label);
+                }
+            }
         }
         if let Some((label, source)) = resolve {
             println!("\n// {label}\n{source}");
