@@ -1,8 +1,24 @@
 //! Biomolecular scenes as spheres: Kugler, Profiling and Optimization of Large Biomolecular Scenes,
 //! TU Wien 2018. Each variation that the thesis times, and what goes past it, is a [`Variation`].
 
+mod billboard;
+mod bytes;
+mod context;
+mod drawing;
+mod ids;
+mod occlusion;
+mod oracle;
+mod order;
+mod output;
+mod plan;
+mod scan;
+mod text;
 mod variation;
+mod view;
 
+pub use bytes::SphereBytes;
+pub use oracle::{Comparison, Expected, expected};
+pub use plan::{PICTURE, SphereRequest};
 pub use variation::{
     Billboard, Cover, Culling, Depth, Detail, Drawing, Order, Output, Projection, Raster,
     Variation, VariationError,

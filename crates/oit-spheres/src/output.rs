@@ -27,20 +27,36 @@ const NORMAL: Part = part("normal", Format::Rgba32Float, "vec4<f32>", 0.0);
 impl Output {
     fn parts(self) -> &'static [Part] {
         match self {
-            Self::Bytes64 => &[
-                part("atom", Format::Rgba32Float, "vec4<f32>", -1.0),
-                part("instance", Format::Rgba32Float, "vec4<f32>", 0.0),
-                POSITION,
-                NORMAL,
-            ],
-            Self::Bytes36 => &[IDS, POSITION, NORMAL],
-            Self::Bytes24 => &[IDS, POSITION, part("normal", Format::R32Float, "f32", 0.0)],
-            Self::Bytes12 => &[
-                IDS,
-                part("xy", Format::R32Uint, "u32", 0.0),
-                part("z_normal", Format::R32Uint, "u32", 0.0),
-            ],
-            Self::Bytes4 => &[IDS],
+            Self::Bytes64 => {
+                const PARTS: &[Part] = &[
+                    part("atom", Format::Rgba32Float, "vec4<f32>", -1.0),
+                    part("instance", Format::Rgba32Float, "vec4<f32>", 0.0),
+                    POSITION,
+                    NORMAL,
+                ];
+                PARTS
+            }
+            Self::Bytes36 => {
+                const PARTS: &[Part] = &[IDS, POSITION, NORMAL];
+                PARTS
+            }
+            Self::Bytes24 => {
+                const PARTS: &[Part] =
+                    &[IDS, POSITION, part("normal", Format::R32Float, "f32", 0.0)];
+                PARTS
+            }
+            Self::Bytes12 => {
+                const PARTS: &[Part] = &[
+                    IDS,
+                    part("xy", Format::R32Uint, "u32", 0.0),
+                    part("z_normal", Format::R32Uint, "u32", 0.0),
+                ];
+                PARTS
+            }
+            Self::Bytes4 => {
+                const PARTS: &[Part] = &[IDS];
+                PARTS
+            }
         }
     }
 

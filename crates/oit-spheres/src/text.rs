@@ -1,6 +1,6 @@
 //! Shaders put together from constants and texts.
 
-use oit_gpu::{Dispatch, Pass, Shader};
+use oit_gpu::{Dispatch, Shader};
 
 /// Workgroups in x before a dispatch goes on in y.
 pub(crate) const ROW: u32 = 32768;
@@ -30,21 +30,4 @@ pub(crate) fn flag(name: &str, value: bool) -> String {
 /// A shader of constants and texts.
 pub(crate) fn shader(label: &str, constants: &[String], texts: &[&str]) -> Shader {
     Shader::new(label, [constants.concat(), texts.concat()].concat())
-}
-
-/// What is timed together as one part of a stage.
-#[derive(Clone, Copy)]
-pub(crate) struct Part {
-    pub(crate) stage: &'static str,
-    pub(crate) part: Option<u32>,
-}
-
-impl Part {
-    pub(crate) fn compute(self, label: &str, shader: Shader, dispatch: Dispatch) -> Pass {
-        Pass { part: self.part, ..Pass::compute(self.stage, label, shader, dispatch) }
-    }
-
-    pub(crate) fn clear(self, buffer: &str) -> Pass {
-        Pass { part: self.part, ..Pass::clear(self.stage, buffer) }
-    }
 }

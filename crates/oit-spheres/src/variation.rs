@@ -83,7 +83,8 @@ macro_rules! axis {
 axis!(
     /// How draws are submitted.
     Drawing, "way of submitting draws", {
-    /// Tessellated patches, one for each batch of up to 4,160 atoms (the thesis's baseline, section 3.4.1).
+    /// Batches of an object's atoms: tessellated patches of up to 4,160 (the thesis's baseline, section
+    /// 3.4.1), or a mesh shader's workgroups of 64.
     Batches = "batches",
     /// One indirect draw for each object (section 3.4.2).
     PerObject = "per-object",
@@ -221,10 +222,13 @@ impl Variation {
     /// Why it makes no sense, if it does not.
     fn fault(&self) -> Option<&'static str> {
         match self.raster {
-            Raster::Billboards { drawing: Drawing::Batches, billboard, .. }
-                if billboard != Billboard::Geometry =>
+            Raster::Billboards { drawing: Drawing::Batches, billboard: Billboard::Pulled, .. } => {
+                Some("a batch is tessellated and needs the geometry shader, or is a mesh shader's")
+            }
+            Raster::Billboards { drawing, billboard: Billboard::MeshShader, .. }
+                if drawing != Drawing::Batches =>
             {
-                Some("a tessellated batch needs the geometry shader")
+                Some("a mesh shader draws batches")
             }
             Raster::Billboards { depth: Depth::Flat, cover: Cover::Infinite, .. } => {
                 Some("an infinite depth is a depth that the shader writes")

@@ -1,12 +1,4 @@
 // Each sphere's triangle from the number of the vertex alone.
-struct Corner {
-    @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) sphere: vec4<f32>,
-    @location(1) @interpolate(flat) ids: vec2<u32>,
-    // The clip coordinates z and w of the sphere's centre.
-    @location(2) @interpolate(flat) center_clip: vec2<f32>,
-}
-
 fn corner(object: u32, atom: u32, number: u32) -> Corner {
     let sphere = sphere_of(object, atom);
     let board = board(sphere);
