@@ -41,7 +41,8 @@ pub(crate) fn stages(
             .into(),
         })),
         Billboard::Geometry => {
-            let geometry: std::sync::Arc<str> = stage(&[SPHERES, include_str!("glsl/triangle.geom")]);
+            let geometry: std::sync::Arc<str> =
+                stage(&[SPHERES, include_str!("glsl/triangle.geom")]);
             let points = |vertex: &str| Glsl {
                 topology: Topology::Points,
                 vertex: stage(&[vertex]),

@@ -35,11 +35,7 @@ impl Ids {
                 spheres.objects.len()
             ));
         }
-        let atom_bits = if object_bits > 16 {
-            32 - object_bits
-        } else {
-            atom_bits.max(16)
-        };
+        let atom_bits = if object_bits > 16 { 32 - object_bits } else { atom_bits.max(16) };
         Ok(Self { atom_bits })
     }
 }

@@ -36,8 +36,9 @@ pub(crate) fn buffers(context: &Context) -> Vec<Buffer> {
 /// The passes that make the pyramid of what is drawn.
 pub(crate) fn passes(context: &mut Context) -> Vec<Pass> {
     let sizes = sizes(context);
-    let dispatch =
-        |(width, height): (u32, u32)| Dispatch::Workgroups([width.div_ceil(8), height.div_ceil(8), 1]);
+    let dispatch = |(width, height): (u32, u32)| {
+        Dispatch::Workgroups([width.div_ceil(8), height.div_ceil(8), 1])
+    };
     let constants = [context.perspective_wgsl(), context.ids_wgsl()];
     let texts = [
         include_str!("wgsl/view.wgsl"),

@@ -369,7 +369,9 @@ fn settle(
     let [r, g, b] = colors[0];
     let alpha = if samples[0].object == u32::MAX { 0.0 } else { 1.0 };
     let bound = |pick: fn(f32, f32) -> f32| {
-        std::array::from_fn(|channel| colors.map(|color| color[channel]).into_iter().fold(colors[0][channel], pick))
+        std::array::from_fn(|channel| {
+            colors.map(|color| color[channel]).into_iter().fold(colors[0][channel], pick)
+        })
     };
     ([r, g, b, alpha], decided.then(|| [bound(f32::min), bound(f32::max)]))
 }

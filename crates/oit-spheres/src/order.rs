@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use oit_gpu::{Buffer, Pass};
-use oit_scene::{Camera, SplitMix64, Spheres};
+use oit_scene::{Camera, Spheres, SplitMix64};
 use rayon::prelude::*;
 
 use crate::Order;

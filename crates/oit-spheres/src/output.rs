@@ -53,6 +53,10 @@ impl Output {
                 ];
                 PARTS
             }
+            Self::Bytes8 => {
+                const PARTS: &[Part] = &[IDS, part("behind", Format::R32Float, "f32", 0.0)];
+                PARTS
+            }
             Self::Bytes4 => {
                 const PARTS: &[Part] = &[IDS];
                 PARTS
@@ -97,11 +101,24 @@ impl Output {
         }
         text += "}\n";
         let (ids, pack) = match self {
-            Self::Bytes64 => (include_str!("wgsl/ids_both.wgsl"), include_str!("wgsl/bytes64.wgsl")),
-            Self::Bytes36 => (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes36.wgsl")),
-            Self::Bytes24 => (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes24.wgsl")),
-            Self::Bytes12 => (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes12.wgsl")),
-            Self::Bytes4 => (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes4.wgsl")),
+            Self::Bytes64 => {
+                (include_str!("wgsl/ids_both.wgsl"), include_str!("wgsl/bytes64.wgsl"))
+            }
+            Self::Bytes36 => {
+                (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes36.wgsl"))
+            }
+            Self::Bytes24 => {
+                (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes24.wgsl"))
+            }
+            Self::Bytes12 => {
+                (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes12.wgsl"))
+            }
+            Self::Bytes8 => {
+                (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes8.wgsl"))
+            }
+            Self::Bytes4 => {
+                (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes4.wgsl"))
+            }
         };
         [&text, include_str!("wgsl/hemisphere.wgsl"), ids, pack].concat()
     }
@@ -121,6 +138,7 @@ impl Output {
             Self::Bytes36 => include_str!("wgsl/bytes36_seen.wgsl"),
             Self::Bytes24 => include_str!("wgsl/bytes24_seen.wgsl"),
             Self::Bytes12 => include_str!("wgsl/bytes12_seen.wgsl"),
+            Self::Bytes8 => include_str!("wgsl/bytes8_seen.wgsl"),
             Self::Bytes4 => include_str!("wgsl/bytes4_seen.wgsl"),
         };
         let hemisphere = include_str!("wgsl/hemisphere.wgsl");

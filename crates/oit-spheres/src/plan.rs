@@ -52,7 +52,10 @@ impl Variation {
             return Err("there is no object to draw".to_owned());
         }
         if u32::try_from(3 * spheres.atoms.len()).is_err() {
-            return Err(format!("{} atoms have more corners than 32 bits count", spheres.atoms.len()));
+            return Err(format!(
+                "{} atoms have more corners than 32 bits count",
+                spheres.atoms.len()
+            ));
         }
         let needs_ids = self.output.packs_ids() || self.raster == Raster::Compute;
         let ids = match Ids::of(spheres) {
@@ -106,7 +109,7 @@ impl Variation {
     }
 
     /// Why it cannot be drawn, whatever the spheres.
-    fn refuse(&self) -> Result<(), &'static str> {
+    pub(crate) fn refuse(&self) -> Result<(), &'static str> {
         match self.raster {
             Raster::Compute if self.order != Order::AsIs => {
                 Err("a compute rasteriser keeps the nearest in whatever order spheres come")
@@ -229,9 +232,7 @@ fn fs_wgsl(depth: Depth, cover: Cover) -> String {
     let own = match depth {
         Depth::Flat => "",
         Depth::Sphere => "    out.depth = clamp(depth_of(hit, in), 0.0, 1.0);\n",
-        Depth::Conservative => {
-            "    out.depth = clamp(depth_of(hit, in), 0.0, in.position.z);\n"
-        }
+        Depth::Conservative => "    out.depth = clamp(depth_of(hit, in), 0.0, in.position.z);\n",
     };
     let infinite = match cover {
         Cover::Infinite => "    if !hit.covered {\n        out.depth = 0.0;\n    }\n",

@@ -139,7 +139,9 @@ axis!(
 });
 
 axis!(
-    /// What is written for each fragment (section 3.3, Table 3.4).
+    /// What is written for each fragment (section 3.3, Table 3.4). Where atom and instance share 32 bits,
+    /// each has 16 if that is enough, else one takes bits from the other: ids are never wrong, as the
+    /// thesis's are beyond 65,536, and a scene that needs more than 32 bits is refused.
     Output, "output", {
     /// Atom, instance, position and normal, each four 32-bit floats.
     Bytes64 = "bytes64",
@@ -149,7 +151,10 @@ axis!(
     Bytes24 = "bytes24",
     /// Atom and instance in 16 bits each, three 16-bit floats of position, two bytes of normal.
     Bytes12 = "bytes12",
-    /// Atom and instance in 16 bits each; position and normal rebuilt from depth.
+    /// Atom and instance in 16 bits each, and depth once more, since a plan does not read its depth
+    /// target; position rebuilt from depth, and normal from its differences (section 3.3.2).
+    Bytes8 = "bytes8",
+    /// Atom and instance in 16 bits each; they name the sphere, which is met once more.
     Bytes4 = "bytes4",
 });
 
@@ -220,9 +225,11 @@ impl From<Problem> for VariationError {
 
 impl Variation {
     /// Why it makes no sense, if it does not.
-    fn fault(&self) -> Option<&'static str> {
+    pub(crate) fn fault(&self) -> Option<&'static str> {
         match self.raster {
-            Raster::Billboards { drawing: Drawing::Batches, billboard: Billboard::Pulled, .. } => {
+            Raster::Billboards {
+                drawing: Drawing::Batches, billboard: Billboard::Pulled, ..
+            } => {
                 Some("a batch is tessellated and needs the geometry shader, or is a mesh shader's")
             }
             Raster::Billboards { drawing, billboard: Billboard::MeshShader, .. }

@@ -2,7 +2,7 @@
 
 mod support;
 
-use oit_spheres::Variation;
+use oit_spheres::{Variation, twin};
 use support::{View, inside, molecules, on_every_device, orthographic, outside, say};
 
 /// Each axis's values, the others as the thesis's best, and combinations that share passes.
@@ -83,4 +83,123 @@ fn from_inside() {
 #[test]
 fn in_a_box() {
     matches_on(&View::new(molecules(60, 60, 3), orthographic(), (100, 120)), "in a box");
+}
+
+/// Lists of more than one block, sorts of more than one workgroup, patches that are split.
+#[test]
+fn many_objects_and_large_ones() {
+    const NAMES: &[&str] = &[
+        "per-object/pulled/per-center/sphere-depth/discard/bytes4/sorted",
+        "index-list/pulled/per-center/conservative-depth/discard/bytes4/sorted/occlusion",
+        "per-mesh/pulled/per-center/sphere-depth/discard/bytes4/frustum",
+        "batches/geometry/per-center/sphere-depth/discard/bytes4",
+        "batches/geometry/per-center/sphere-depth/discard/bytes4/outside-in/full-detail",
+        "compute/bytes4/full-detail",
+    ];
+    for (objects, atoms) in [(5000, 9), (4, 9001)] {
+        let view = View::new(molecules(objects, atoms, 4), outside(), (64, 64));
+        on_every_device("many objects", |device| {
+            for name in NAMES {
+                let variation = variation(name);
+                match view.compare(device, &variation) {
+                    Err(why) => say(&format!("{objects} objects: {variation} SKIPPED: {why}")),
+                    Ok(comparison) => {
+                        assert_eq!(comparison.wrong_px, 0, "{objects} {variation}: {comparison:?}");
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// What is sorted on the device is what is sorted before a frame.
+#[test]
+fn a_sort_on_the_device_sorts() {
+    let view = View::new(molecules(5000, 3, 5), outside(), (16, 16));
+    let name = "per-object/pulled/per-center/sphere-depth/discard/bytes4/sorted";
+    let plan = variation(name).plan(&view.request()).expect("a plan");
+    let eye = glam::Vec3::from(view.camera.eye);
+    on_every_device("sort", |device| {
+        let id = device.prepare(&plan).expect("prepared");
+        device.poison(id).expect("poisoned");
+        device.run(id).expect("ran");
+        let bytes = device.read(id, "sorted").expect("read");
+        let words: Vec<u32> = bytes
+            .chunks_exact(4)
+            .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
+            .collect();
+        let objects: Vec<u32> = words.chunks_exact(2).take(5000).map(|pair| pair[1]).collect();
+        let mut once = objects.clone();
+        once.sort_unstable();
+        assert!(once.iter().copied().eq(0..5000), "each object once");
+        let distance = |object: u32| {
+            glam::Vec3::from(view.spheres.objects[object as usize].position).distance(eye)
+        };
+        for pair in objects.windows(2) {
+            assert!(distance(pair[0]) <= distance(pair[1]) + 1e-4, "{pair:?}");
+        }
+    });
+}
+
+/// What each approximation costs, and that it does cost: an exact one would be misnamed.
+#[test]
+fn approximations_are_as_far_off_as_said() {
+    // The name, and the least and most of the pixels that may be wrong, in hundredths.
+    const NAMES: &[(&str, u64, u64)] = &[
+        ("per-object/pulled/per-center/sphere-depth/discard/bytes12", 0, 20),
+        ("per-object/pulled/per-center/sphere-depth/discard/bytes8", 1, 60),
+        ("per-object/pulled/per-center/flat-depth/discard/bytes4", 1, 40),
+        ("per-object/pulled/per-center/flat-depth/no-discard/bytes4", 5, 90),
+        ("per-object/pulled/per-center/sphere-depth/no-discard/bytes4", 5, 90),
+        ("compute/bytes12", 0, 20),
+    ];
+    let view = View::new(molecules(60, 60, 6), outside(), (160, 160));
+    on_every_device("approximations", |device| {
+        for &(name, least, most) in NAMES {
+            let variation = variation(name);
+            assert!(variation.accuracy().is_err(), "{name}");
+            let comparison = match view.compare(device, &variation) {
+                Ok(comparison) => comparison,
+                Err(why) => {
+                    say(&format!("{variation} SKIPPED: {why}"));
+                    continue;
+                }
+            };
+            say(&format!("{variation}: {comparison:?}"));
+            let hundredths = comparison.wrong_px * 100 / (160 * 160);
+            assert!((least..=most).contains(&hundredths), "{variation}: {comparison:?}");
+            assert!(comparison.max_error > 1.0 / 255.0, "{variation}: {comparison:?}");
+        }
+        for name in EXACT {
+            assert!(variation(name).accuracy().is_ok(), "{name}");
+        }
+    });
+}
+
+/// A device's compute rasteriser gives what its twin gives.
+#[test]
+fn the_twin_draws_the_same() {
+    for (seed, camera) in [(7, outside()), (8, inside()), (9, orthographic())] {
+        let view = View::new(molecules(60, 60, seed), camera, (96, 80));
+        for name in ["compute/bytes64", "compute/bytes24/frustum", "compute/bytes4/full-detail"] {
+            let variation = variation(name);
+            let drawn = twin(&variation, &view.request()).expect("a picture");
+            let comparison = view.expected(variation.detail).compare(&drawn);
+            assert_eq!(comparison.wrong_px, 0, "{variation}: {comparison:?}");
+        }
+        let packed = variation("compute/bytes12");
+        let drawn = twin(&packed, &view.request()).expect("a picture");
+        on_every_device("twin", |device| {
+            let Ok(picture) = view.draw(device, &packed) else { return };
+            let unlike = picture
+                .iter()
+                .zip(&drawn)
+                .filter(|(a, b)| a.iter().zip(b.iter()).any(|(a, b)| (a - b).abs() > 0.02));
+            let unlike = unlike.count();
+            assert!(unlike < 96 * 80 / 50, "{unlike} pixels of {packed} differ");
+        });
+    }
+    let view = View::new(molecules(3, 3, 1), outside(), (8, 8));
+    let billboards = variation("per-object/pulled/per-center/sphere-depth/discard/bytes4");
+    assert!(twin(&billboards, &view.request()).is_err_and(|why| why.contains("raster")));
 }

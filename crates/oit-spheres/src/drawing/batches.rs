@@ -21,8 +21,7 @@ pub(super) fn size(context: &Context) -> u32 {
 
 pub(super) fn buffers(context: &Context, size: u32) -> Result<Vec<Buffer>, String> {
     let batches = context.request.spheres.places_of(size);
-    let mut buffers =
-        vec![Buffer::new("batches", 16 * batches), Buffer::new("batch_count", 16)];
+    let mut buffers = vec![Buffer::new("batches", 16 * batches), Buffer::new("batch_count", 16)];
     if context.variation.order != Order::AsIs {
         buffers.extend(scan::buffers(context.objects()));
         buffers.push(Buffer::new("chosen", 4 * u64::from(context.objects())));

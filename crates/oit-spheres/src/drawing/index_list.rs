@@ -13,7 +13,9 @@ pub(super) fn buffers(context: &Context) -> Result<Vec<Buffer>, String> {
     let atoms = context.request.spheres.places_of(1);
     let bytes = 8 * atoms;
     if bytes > MAX_BYTES {
-        return Err(format!("a list of {atoms} atoms takes {bytes} bytes, and {MAX_BYTES} can be bound"));
+        return Err(format!(
+            "a list of {atoms} atoms takes {bytes} bytes, and {MAX_BYTES} can be bound"
+        ));
     }
     let mut buffers = scan::buffers(context.objects());
     buffers.push(Buffer::new("chosen", 4 * u64::from(context.objects())));

@@ -47,9 +47,9 @@ pub(crate) fn draw(context: &Context, drawing: Drawing, billboard: Billboard) ->
     };
     match (drawing, billboard) {
         (Drawing::Batches, Billboard::MeshShader) => {
-            let oit_gpu::Dispatch::Workgroups(workgroups) = crate::text::workgroups(
-                context.request.spheres.places_of(WORKGROUP_BATCH),
-            ) else {
+            let oit_gpu::Dispatch::Workgroups(workgroups) =
+                crate::text::workgroups(context.request.spheres.places_of(WORKGROUP_BATCH))
+            else {
                 unreachable!("a dispatch of a number of workgroups")
             };
             Draw::Mesh { workgroups }

@@ -1,4 +1,5 @@
 //! Small scenes of spheres and what the tests of devices share.
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part")]
 
 use std::io::Write;
 use std::sync::Arc;
@@ -63,7 +64,8 @@ impl View {
         device.run(id).expect("ran");
         let bytes = device.read(id, oit_spheres::PICTURE).expect("read");
         device.reset();
-        let floats = bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().expect("4")));
+        let floats =
+            bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().expect("4")));
         let floats: Vec<f32> = floats.collect();
         Ok(floats.chunks_exact(4).map(|pixel| pixel.try_into().expect("4")).collect())
     }
