@@ -1,8 +1,9 @@
 //! Two-phase occlusion culling: objects that were seen are drawn; their depths make a pyramid (Greene,
 //! Kass and Miller 1993); objects that it does not hide are drawn as well, and are what was seen.
 //!
-//! What was seen is left from the plan's last run. It may be anything: the picture is right whatever
-//! it is, and only the time depends on it.
+//! What was seen is left from the plan's last run, or from that of another plan that shares the
+//! buffer. It may be anything: the picture is right whatever it is, and only the time depends on it.
+//! Where buffers were filled with `0xCD`, all counts as seen, and the first phase draws everything.
 
 use oit_gpu::{Buffer, Dispatch, Pass};
 

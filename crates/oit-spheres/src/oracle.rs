@@ -78,7 +78,7 @@ impl Expected {
                 continue;
             };
             let alpha_error = f64::from((got[3] - expected[3]).abs());
-            let mut wrong = !(alpha_error < 0.5);
+            let mut wrong = alpha_error.is_nan() || alpha_error >= 0.5;
             comparison.max_alpha_error = comparison.max_alpha_error.max(alpha_error);
             for channel in 0..3 {
                 let value = f64::from(got[channel]);

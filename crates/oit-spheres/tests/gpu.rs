@@ -2,7 +2,9 @@
 
 mod support;
 
-use oit_spheres::{Variation, twin};
+use oit_gpu::Device;
+use oit_scene::Stripes;
+use oit_spheres::{Detail, Variation, twin};
 use support::{View, inside, molecules, on_every_device, orthographic, outside, say};
 
 /// Each axis's values, the others as the thesis's best, and combinations that share passes.
@@ -202,4 +204,58 @@ fn the_twin_draws_the_same() {
     let view = View::new(molecules(3, 3, 1), outside(), (8, 8));
     let billboards = variation("per-object/pulled/per-center/sphere-depth/discard/bytes4");
     assert!(twin(&billboards, &view.request()).is_err_and(|why| why.contains("raster")));
+}
+
+/// The words of a buffer after a run from anything and one from what that left.
+fn words(device: &mut dyn Device, view: &View, name: &str, buffer: &str) -> Vec<u32> {
+    let plan = variation(name).plan(&view.request()).expect("a plan");
+    let id = device.prepare(&plan).expect("prepared");
+    device.poison(id).expect("poisoned");
+    device.run(id).expect("ran");
+    device.run(id).expect("ran");
+    let bytes = device.read(id, buffer).expect("read");
+    bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().expect("4"))).collect()
+}
+
+/// Right pictures say that no more is culled than may be; this says that something is.
+#[test]
+fn culling_culls() {
+    let objects = 3000;
+    let name = "per-object/pulled/per-center/sphere-depth/discard/bytes4";
+    on_every_device("culling", |device| {
+        let view = View::new(molecules(objects, 80, 10), inside(), (64, 48));
+        let commands = words(device, &view, &format!("{name}/frustum"), "commands");
+        let drawn = commands.chunks_exact(4).filter(|command| command[1] != 0).count();
+        assert!((1..objects * 3 / 4).contains(&drawn), "{drawn} of {objects} in the frustum");
+
+        let view = View::new(molecules(objects, 80, 10), outside(), (64, 48));
+        let seen = words(device, &view, &format!("{name}/occlusion"), "seen");
+        let seen = seen.iter().filter(|&&seen| seen != 0).count();
+        assert!((1..objects * 3 / 4).contains(&seen), "{seen} of {objects} not hidden");
+        let full = view.expected(Detail::ByDistance);
+        let picture = view.draw(device, &variation(&format!("{name}/occlusion"))).expect("drawn");
+        assert_eq!(full.compare(&picture).wrong_px, 0);
+    });
+}
+
+/// Stripes follow positions in the world, and so show what an output makes of these.
+#[test]
+fn positions_show_in_stripes() {
+    let mut view = View::new(molecules(60, 60, 11), outside(), (120, 90));
+    view.shading.stripes =
+        Some(Stripes { direction: [0.6, 0.8, 0.0], period: 1.3, rgba: [250, 240, 20, 255] });
+    let plain = view.expected(Detail::ByDistance);
+    on_every_device("stripes", |device| {
+        for output in ["bytes64", "bytes36", "bytes24", "bytes8", "bytes4", "bytes12"] {
+            let name = format!("per-object/pulled/per-center/sphere-depth/discard/{output}");
+            let variation = variation(&name);
+            let comparison = plain.compare(&view.draw(device, &variation).expect("drawn"));
+            say(&format!("stripes: {output}: {comparison:?}"));
+            if variation.accuracy().is_ok() {
+                assert_eq!(comparison.wrong_px, 0, "{output}: {comparison:?}");
+            }
+        }
+        let drawn = twin(&variation("compute/bytes4"), &view.request()).expect("a picture");
+        assert_eq!(plain.compare(&drawn).wrong_px, 0);
+    });
 }
