@@ -3,6 +3,7 @@
 use oit_gpu::{Glsl, Mesh, PreRaster, Tessellation, Topology};
 
 use crate::context::Context;
+use crate::ids::Ids;
 use crate::view::is_perspective;
 use crate::{Billboard, Drawing, Projection};
 
@@ -16,13 +17,16 @@ pub(crate) fn stages(
     billboard: Billboard,
     projection: Projection,
 ) -> PreRaster {
+    let ids = match context.ids {
+        Ids::Split { atom_bits } => format!("const uint ATOM_BITS = {atom_bits}u;\n"),
+        Ids::Numbered => "#define NUMBERED_IDS\n".to_owned(),
+    };
     let constants = format!(
         "const bool PERSPECTIVE = {};\nconst bool PROJECT_CENTER = {};\nconst bool PACKED_IDS = {};\n\
-         const uint ATOM_BITS = {}u;\nconst uint ROW = {}u;\n",
+         const uint ROW = {}u;\n{ids}",
         is_perspective(context.request.camera),
         projection == Projection::PerCenter,
         context.variation.output.packs_ids(),
-        context.ids.atom_bits,
         crate::text::ROW,
     );
     let stage = |texts: &[&str]| [&[VERSION, &constants], texts].concat().concat().into();

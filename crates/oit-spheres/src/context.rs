@@ -50,8 +50,9 @@ impl<'a> Context<'a> {
         flag("PERSPECTIVE", is_perspective(self.request.camera))
     }
 
+    /// WGSL: `id_of` and `of_id`.
     pub(crate) fn ids_wgsl(&self) -> String {
-        word("ATOM_BITS", self.ids.atom_bits)
+        self.ids.wgsl()
     }
 
     /// WGSL: `object_at`.

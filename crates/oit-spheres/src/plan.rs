@@ -60,7 +60,7 @@ impl Variation {
         let needs_ids = self.output.packs_ids() || self.raster == Raster::Compute;
         let ids = match Ids::of(spheres) {
             Err(why) if needs_ids => return Err(why),
-            ids => ids.unwrap_or(Ids { atom_bits: 16 }),
+            ids => ids.unwrap_or(Ids::Split { atom_bits: 16 }),
         };
         let mut context = Context::new(*self, request, ids);
         let mut plan = Plan { name: self.to_string(), ..Plan::default() };
@@ -143,6 +143,7 @@ fn buffers(context: &Context) -> Result<Vec<Buffer>, String> {
         Buffer::data("object_rgba", spheres.object_rgba.clone()),
         Buffer::new("placed", 32 * u64::from(context.objects())),
     ];
+    buffers.extend(context.ids.buffer(&spheres.spheres));
     match context.variation.raster {
         Raster::Compute => {
             buffers.extend(drawing::workgroup_batches(context)?);

@@ -140,8 +140,8 @@ axis!(
 
 axis!(
     /// What is written for each fragment (section 3.3, Table 3.4). Where atom and instance share 32 bits,
-    /// each has 16 if that is enough, else one takes bits from the other: ids are never wrong, as the
-    /// thesis's are beyond 65,536, and a scene that needs more than 32 bits is refused.
+    /// each has 16 if that is enough, else one takes bits from the other, and else all spheres are
+    /// numbered through: ids are never wrong, as the thesis's are beyond 65,536.
     Output, "output", {
     /// Atom, instance, position and normal, each four 32-bit floats.
     Bytes64 = "bytes64",

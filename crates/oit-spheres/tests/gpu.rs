@@ -259,3 +259,29 @@ fn positions_show_in_stripes() {
         assert_eq!(plain.compare(&drawn).wrong_px, 0);
     });
 }
+
+/// Where an object's number and an atom's do not share 32 bits.
+#[test]
+fn ids_of_many_objects_and_many_atoms() {
+    // 17 bits of objects, most of them far away, and as many of atoms that are not drawn.
+    let mut spheres = molecules(60, 60, 12);
+    let far = oit_scene::Object { position: [0.0, 0.0, 1e4], ..spheres.objects[0] };
+    spheres.objects.resize(66_000, far);
+    spheres.objects.rotate_left(30);
+    spheres.levels.push(oit_scene::Level { first_atom: 0, atoms: 70_000, from_distance: 0.0 });
+    let view = View::new(spheres, outside(), (64, 48));
+    on_every_device("ids", |device| {
+        for name in [
+            "per-mesh/pulled/per-center/sphere-depth/discard/bytes4/occlusion",
+            "batches/geometry/per-center/sphere-depth/discard/bytes36/frustum",
+            "compute/bytes4/frustum",
+        ] {
+            let plan = variation(name).plan(&view.request()).expect("a plan");
+            assert!(plan.buffer("first_ids").is_some(), "{name}");
+            match view.compare(device, &variation(name)) {
+                Err(why) => say(&format!("{name} SKIPPED: {why}")),
+                Ok(comparison) => assert_eq!(comparison.wrong_px, 0, "{name}: {comparison:?}"),
+            }
+        }
+    });
+}

@@ -76,7 +76,7 @@ fn what_cannot_be_said_is_refused_with_the_reason() {
     spheres.objects = vec![object; 70_000];
     let view = View::new(spheres, outside(), (64, 48));
     let why = refused(&view, "spheres/per-object/pulled/per-center/sphere-depth/discard/bytes4");
-    assert!(why.contains("70000 objects") && why.contains("32 bits"), "{why}");
+    assert!(why.contains("7000000000 spheres") && why.contains("32 bits"), "{why}");
     let why = refused(&view, "spheres/index-list/pulled/per-center/sphere-depth/discard/bytes64");
     assert!(why.contains("can be bound"), "{why}");
 

@@ -29,11 +29,20 @@ vec4 sphere_of(uint object, uint atom) {
     return vec4(position + sphere.xyz + by.w * t + cross(by.xyz, t), sphere.w);
 }
 
+#ifdef NUMBERED_IDS
+layout(std430, set = 0, binding = 18) readonly buffer FirstIds { uint data[]; } first_ids;
+#endif
+
 uvec2 ids_of(uint object, uint atom) {
     if (!PACKED_IDS) {
         return uvec2(object, atom);
     }
-    return uvec2(object << ATOM_BITS | (atom - placed.data[2u * object].w), 0u);
+    uint within = atom - placed.data[2u * object].w;
+#ifdef NUMBERED_IDS
+    return uvec2(first_ids.data[object] + within, 0u);
+#else
+    return uvec2(object << ATOM_BITS | within, 0u);
+#endif
 }
 
 struct Board {
