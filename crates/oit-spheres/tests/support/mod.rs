@@ -62,12 +62,9 @@ impl View {
         }
         // Once more with what the last run left.
         device.run(id).expect("ran");
-        let bytes = device.read(id, oit_spheres::PICTURE).expect("read");
+        let picture = picture(&device.read(id, oit_spheres::PICTURE).expect("read"));
         device.reset();
-        let floats =
-            bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().expect("4")));
-        let floats: Vec<f32> = floats.collect();
-        Ok(floats.chunks_exact(4).map(|pixel| pixel.try_into().expect("4")).collect())
+        Ok(picture)
     }
 
     pub fn compare(
@@ -175,4 +172,11 @@ pub fn on_every_device(test: &str, mut run: impl FnMut(&mut dyn Device)) {
         assert!(!required, "{test}: OIT_REQUIRE_GPU is set and no device can be used");
         say(&format!("{test}: SKIPPED, no device can be used"));
     }
+}
+
+/// The pixels of a target of four floats.
+pub fn picture(bytes: &[u8]) -> Vec<[f32; 4]> {
+    let floats: Vec<f32> =
+        bytes.chunks_exact(4).map(|word| f32::from_le_bytes(word.try_into().expect("4"))).collect();
+    floats.chunks_exact(4).map(|pixel| pixel.try_into().expect("4")).collect()
 }
