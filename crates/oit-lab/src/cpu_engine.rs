@@ -10,7 +10,7 @@ use oit_gpu::{Part, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 use oit_sort::Scratch;
-use oit_spheres::{Variation, twin};
+use oit_spheres::{SphereBytes, SphereRequest, Variation, twin};
 use rayon::prelude::*;
 
 use crate::assemble::{array, intervals, needs_lists, sort_spec};
