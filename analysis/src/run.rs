@@ -1,6 +1,6 @@
 //! What a table or figure must say of the run behind it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use oit_record::{Event, Record, Run};
@@ -20,6 +20,8 @@ pub struct RunInfo {
     pub finished: bool,
     /// `Counted` events: group, triangles, histogram of fragments a pixel.
     pub counted: Vec<(String, u64, Vec<u64>)>,
+    /// Spheres of groups whose scene is of spheres, every object in full detail.
+    pub spheres: BTreeMap<String, u64>,
 }
 
 impl RunInfo {
@@ -42,12 +44,17 @@ impl RunInfo {
 
     fn named(record: &Record, parts: usize) -> Self {
         let counted = record.events.iter().filter_map(|event| match event {
-            Event::Counted { group, triangles, histogram } => {
+            Event::Counted { group, triangles, histogram, .. } => {
                 Some((group.clone(), *triangles, histogram.clone()))
             }
             _ => None,
         });
+        let spheres = record.events.iter().filter_map(|event| match event {
+            Event::Counted { group, spheres, .. } => Some((group.clone(), (*spheres)?)),
+            _ => None,
+        });
         Self {
+            spheres: spheres.collect(),
             name: last_parts(&record.folder, parts),
             folder: record.folder.clone(),
             run: record.run.clone(),

@@ -7,7 +7,7 @@ const POWERS_OF_TWO: &str = "powers-of-two";
 
 /// A technique's coordinate and its parts.
 ///
-/// The parts are empty strings where the coordinate is not of the form
+/// The parts are empty strings for a way of drawing spheres, and where the coordinate is not of the form
 /// `capture/schedule/sort/stage/max[/ties-RULE][/poolN[-drop]][/intervals...]`, as for methods, which have
 /// `method` and `method_size` in their place.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
@@ -53,6 +53,10 @@ impl Technique {
     pub fn parse(coordinate: &str) -> Self {
         let whole = Self { coordinate: coordinate.to_owned(), ..Self::default() };
         let parts: Vec<&str> = coordinate.split('/').collect();
+        // A way of drawing spheres has axes of its own.
+        if parts[0] == "spheres" {
+            return whole;
+        }
         if parts.len() <= 2 && parts.iter().all(|part| is_word(part)) {
             let method_size = parts.get(1).copied().unwrap_or_default().to_owned();
             return Self { method: parts[0].to_owned(), method_size, ..whole };

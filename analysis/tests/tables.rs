@@ -89,6 +89,7 @@ fn three_samples() -> Vec<Event> {
         Event::Counted {
             group: "grid{layers=20}:front@4x2".to_owned(),
             triangles: 2,
+            spheres: None,
             histogram: vec![1, 0, 4, 3],
         },
         verified(0, Verdict::Exact),

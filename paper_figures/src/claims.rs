@@ -77,6 +77,7 @@ const FILES: &[(&str, &str)] = &[
     ("claims/lfb.toml", include_str!("../claims/lfb.toml")),
     ("claims/peel.toml", include_str!("../claims/peel.toml")),
     ("claims/approx.toml", include_str!("../claims/approx.toml")),
+    ("claims/spheres.toml", include_str!("../claims/spheres.toml")),
     ("claims/targets.toml", include_str!("../claims/targets.toml")),
 ];
 

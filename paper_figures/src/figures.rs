@@ -1,8 +1,8 @@
 //! The figures and tables there are, one file each.
 
+mod advise_regret;
 mod approx_accuracy;
 mod approx_errors;
-mod advise_regret;
 mod bma_figure_3;
 mod bma_figure_4;
 mod bma_figure_5;
@@ -49,6 +49,10 @@ pub(crate) mod rbs_views;
 mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
+mod spheres_cross;
+mod spheres_scale;
+mod spheres_tables;
+pub(crate) mod spheres_views;
 mod stability;
 
 pub use compare::compare;
@@ -119,4 +123,7 @@ pub const FIGURES: &[&dyn Figure] = &[
     &mechanism_registers::MechanismRegisters,
     &mechanism_occupancy::MechanismOccupancy,
     &stability::Stability,
+    &spheres_tables::SpheresTables,
+    &spheres_cross::SpheresCross,
+    &spheres_scale::SpheresScale,
 ];

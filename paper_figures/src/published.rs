@@ -51,6 +51,12 @@ pub const TABLES: &[(&str, &str)] = &[
     ("bma-table-1", include_str!("../published/bma-table-1.toml")),
     ("bma-table-2", include_str!("../published/bma-table-2.toml")),
     ("lfb-table-20.1", include_str!("../published/lfb-table-20.1.toml")),
+    ("spheres-table-3.1", include_str!("../published/spheres-table-3.1.toml")),
+    ("spheres-table-3.2", include_str!("../published/spheres-table-3.2.toml")),
+    ("spheres-table-3.3", include_str!("../published/spheres-table-3.3.toml")),
+    ("spheres-table-3.4", include_str!("../published/spheres-table-3.4.toml")),
+    ("spheres-table-3.5", include_str!("../published/spheres-table-3.5.toml")),
+    ("spheres-table-4.1", include_str!("../published/spheres-table-4.1.toml")),
 ];
 
 /// Reads a published table.

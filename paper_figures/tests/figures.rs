@@ -10,7 +10,8 @@ use analysis::Tables;
 use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
-    RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe, rbs, stability, write_counts, write_rbs_views, write_run,
+    RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe,
+    rbs, spheres, stability, write_counts, write_rbs_views, write_run,
 };
 
 const DEVICE: &str = "test device";
@@ -31,6 +32,7 @@ fn one_device(root: &Path) -> Tables {
     compile::write_run(&root.join("compiled"), DEVICE, false, Some("--cache=x"));
     compile::write_run(&root.join("cached"), DEVICE, true, Some("--cache=x"));
     stability::write_run(&root.join("stability"), DEVICE);
+    spheres::write_run(&root.join("spheres"), DEVICE);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -723,6 +725,45 @@ fn links_of_the_documents_lead_somewhere() {
 
 /// Ways of peeling have a line each; of a stack with exact and other ones a chart of time against error
 /// is drawn as well, without the resolve that they do not have.
+/// The records of ways of drawing spheres alone.
+fn of_spheres(root: &Path) -> Tables {
+    spheres::write_run(root, DEVICE);
+    read(&[root.to_owned()]).unwrap()
+}
+
+#[test]
+fn ways_of_drawing_spheres_stand_beside_the_thesis() {
+    let root = tempfile::tempdir().unwrap();
+    let figure = FIGURES.iter().find(|figure| figure.name() == "spheres-tables").unwrap();
+    let outputs = figure.draw(&of_spheres(root.path())).unwrap();
+    let of = |name: &str| outputs.iter().find(|o| o.name.starts_with(name)).unwrap();
+    // Tables 3.2 to 4.1 of three sizes of the virus, 3.1 of the stack.
+    assert_eq!(outputs.len(), 16);
+    let stack = of("spheres-table-3-1-");
+    let front = [("row", "per-fragment depth"), ("column", "front-to-back")];
+    assert_eq!(field(stack, &front, "published"), "5.5");
+    assert_eq!(field(stack, &front, "median"), "5.000002");
+    let outputs_of = of("spheres-table-3-4-");
+    let ms = |row: &str| field(outputs_of, &[("row", row)], "median").parse::<f64>().unwrap();
+    assert!((ms("64 byte") / ms("4 byte") - 16.0).abs() < 0.01);
+    assert_eq!(field(outputs_of, &[("row", "12 byte")], "verdict"), "approximate");
+}
+
+#[test]
+fn spheres_are_drawn_against_their_number_until_a_way_stops() {
+    let root = tempfile::tempdir().unwrap();
+    let output = drawn("spheres-scale", &of_spheres(root.path()));
+    let of = |technique: &str, spheres: &str, column: &str| {
+        field(&output, &[("technique", technique), ("spheres", spheres)], column)
+    };
+    let per_mesh = "spheres/per-mesh/geometry/per-center/sphere-depth/discard/bytes4";
+    assert_eq!(of(per_mesh, "16000000", "reason"), "its list has no room");
+    assert!(output.notes.iter().any(|note| note.contains("its list has no room")));
+    assert_eq!(of(per_mesh, "1000000", "reason"), "");
+    let ms = |n: &str| of("spheres/compute/bytes4", n, "total_ms").parse::<f64>().unwrap();
+    assert!(ms("16000000") > ms("1000000"));
+}
+
 #[test]
 fn peeling_is_drawn_against_the_number_of_layers() {
     let root = tempfile::tempdir().unwrap();

@@ -158,7 +158,7 @@ impl Evidence {
         let mut places: BTreeMap<&str, usize> = BTreeMap::new();
         let name = record.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         for event in &record.events {
-            let Event::Counted { group, triangles, histogram } = event else { continue };
+            let Event::Counted { group, triangles, histogram, .. } = event else { continue };
             let Some(cell) = record.run.cells.iter().find(|cell| cell.group() == *group) else {
                 continue;
             };

@@ -55,6 +55,9 @@ impl Planned<'_> {
                 let plan = choice.plan(geometry, size, histogram)?;
                 Ok(described(&plan, Vec::new(), None))
             }
+            Technique::Spheres(variation) => Err(CellError::Unsupported(format!(
+                "{variation} draws opaque spheres: no technique for transparency"
+            ))),
             Technique::Sorted(sorted) => {
                 let whole = slots(sorted, size, counts, histogram)?;
                 let pool =
@@ -97,6 +100,7 @@ impl Planned<'_> {
             Technique::Method(choice) => {
                 (choice.accuracy(self.histogram) == Accuracy::Exact).then_some(0.0)
             }
+            Technique::Spheres(_) => None,
             Technique::Sorted(sorted) => {
                 let drops = sorted.pool.policy == PoolPolicy::Drop;
                 if drops || sorted.ties == Ties::Depth || sorted.max_frags.truncates(peak) {

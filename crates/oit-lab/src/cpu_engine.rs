@@ -10,11 +10,12 @@ use oit_gpu::{Part, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 use oit_sort::Scratch;
+use oit_spheres::{SphereBytes, SphereRequest, Variation, twin};
 use rayon::prelude::*;
 
 use crate::assemble::{array, intervals, needs_lists, sort_spec};
 use crate::engine::{
-    CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData, draws_itself,
+    CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData, draws_itself, no_spheres,
 };
 use crate::method::MethodChoice;
 use crate::technique::{Pool, Sorted, Stage, Technique};
@@ -104,6 +105,25 @@ impl CpuEngine {
         let picture = choice.twin(&fragments);
         stages.push(("resolve", ns(resolving)));
         let total_ns = ns(started);
+        Ok((Timing { stages, parts: Vec::new(), total_ns }, picture, None))
+    }
+
+    fn run_spheres(&self, variation: &Variation) -> Result<Ran, CellError> {
+        let view = &self.view()?.0;
+        let Source::Scene(scene) = &view.source else { return Err(no_spheres(variation)) };
+        let Some(spheres) = &scene.spheres else { return Err(no_spheres(variation)) };
+        let FrameSize { width_px, height_px } = view.size;
+        let started = Instant::now();
+        let request = SphereRequest {
+            spheres: &SphereBytes::new(spheres),
+            shading: &scene.shading,
+            camera: &scene.camera,
+            width_px,
+            height_px,
+        };
+        let picture = twin(variation, &request).map_err(CellError::Unsupported)?;
+        let total_ns = ns(started);
+        let stages = vec![("draw", total_ns)];
         Ok((Timing { stages, parts: Vec::new(), total_ns }, picture, None))
     }
 }
@@ -204,7 +224,8 @@ impl Engine for CpuEngine {
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
         self.ready.clear();
         self.last = None;
-        let histogram = DepthHistogram::from_counts(counts(&data));
+        let counts = if data.counted { counts(&data) } else { Vec::new() };
+        let histogram = DepthHistogram::from_counts(counts);
         self.view = Some((data, histogram.clone()));
         Ok(histogram)
     }
@@ -222,6 +243,13 @@ impl Engine for CpuEngine {
                 return Err(draws_itself(choice));
             }
             Technique::Method(_) => (0, 0),
+            Technique::Spheres(variation) => {
+                let scene = matches!(&view.source, Source::Scene(scene) if scene.spheres.is_some());
+                if !scene {
+                    return Err(no_spheres(variation));
+                }
+                (0, 0)
+            }
         };
         let preparation = Preparation {
             max_frags,
@@ -245,6 +273,7 @@ impl Engine for CpuEngine {
         let (timing, picture, captured) = match technique {
             Technique::Sorted(sorted) => self.run_sorted(sorted)?,
             Technique::Method(choice) => self.run_method(choice)?,
+            Technique::Spheres(variation) => self.run_spheres(variation)?,
         };
         self.last = Some(LastRun { ready, picture, captured });
         Ok(timing)

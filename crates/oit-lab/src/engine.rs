@@ -8,7 +8,8 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Program};
-use oit_scene::{Camera, Mesh, Scene, Shading};
+use oit_scene::{Camera, Mesh, Scene, Shading, Spheres};
+use oit_spheres::Variation;
 
 use crate::cpu_engine::CpuEngine;
 use crate::gpu_engine::GpuEngine;
@@ -76,6 +77,9 @@ pub struct ViewData {
     pub source: Source,
     /// The frame's size.
     pub size: FrameSize,
+    /// Whether its fragments are counted when it is opened, and can be captured. A hundred million
+    /// spheres have more than a device has room for, and ways of drawing them need none.
+    pub counted: bool,
 }
 
 /// Where a view's fragments come from.
@@ -92,6 +96,8 @@ pub enum Source {
 pub struct SceneView {
     /// The mesh; empty where spheres are seen.
     pub mesh: Arc<Mesh>,
+    /// The spheres, where it is of spheres.
+    pub spheres: Option<Arc<Spheres>>,
     /// Its light and stripes.
     pub shading: Shading,
     /// The camera.
@@ -108,15 +114,47 @@ impl ViewData {
     pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, ViewError> {
         let camera = scene.view(view)?.camera;
         let geometry = Geometry::of_scene(scene, &camera, size.width_px, size.height_px)?;
-        let (mesh, shading) = (scene.mesh.clone(), scene.shading);
-        Ok(Self { source: Source::Scene(SceneView { mesh, shading, camera, geometry }), size })
+        Ok(Self::of(scene, camera, geometry, size, true))
+    }
+
+    /// The same without what fragments are drawn from, for ways of drawing spheres.
+    ///
+    /// # Errors
+    /// Where the scene has no such view.
+    pub fn uncounted(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, ViewError> {
+        let camera = scene.view(view)?.camera;
+        let FrameSize { width_px, height_px } = size;
+        let none = Mesh::default();
+        let geometry = Geometry::new(&none, &scene.shading, &camera, width_px, height_px);
+        Ok(Self::of(scene, camera, geometry, size, false))
+    }
+
+    fn of(
+        scene: &Scene,
+        camera: Camera,
+        geometry: Geometry,
+        size: FrameSize,
+        counted: bool,
+    ) -> Self {
+        let (mesh, spheres, shading) = (scene.mesh.clone(), scene.spheres.clone(), scene.shading);
+        let source = Source::Scene(SceneView { mesh, spheres, shading, camera, geometry });
+        Self { source, size, counted }
     }
 
     /// Fragments that were captured before.
     #[must_use]
     pub fn stored(lfb: Lfb) -> Self {
         let size = FrameSize { width_px: lfb.width(), height_px: lfb.height() };
-        Self { source: Source::Stored(Arc::new(lfb)), size }
+        Self { source: Source::Stored(Arc::new(lfb)), size, counted: true }
+    }
+
+    /// Spheres there are, every object in full detail; `None` where it is not of spheres.
+    #[must_use]
+    pub fn spheres(&self) -> Option<u64> {
+        match &self.source {
+            Source::Scene(scene) => scene.spheres.as_ref().map(|spheres| spheres.total()),
+            Source::Stored(_) => None,
+        }
     }
 
     /// Triangles that are drawn; of a sphere two.
@@ -162,6 +200,11 @@ pub struct Memory {
     pub lfb_bytes: Option<u64>,
     /// The most at once: with the first pool, where a second took its place.
     pub peak_bytes: u64,
+}
+
+/// Why a way of drawing spheres cannot draw what is no spheres.
+pub(crate) fn no_spheres(variation: &Variation) -> CellError {
+    CellError::Unsupported(format!("{variation} draws spheres, and this scene has none"))
 }
 
 /// Why a method cannot go by fragments that were captured before.

@@ -10,6 +10,7 @@ use oit_scene::{
     Fault, Problem, SceneEntry, SceneError, frame_view, no_such_frame, parse_toml, split_frame_view,
 };
 use oit_sort::SortChoice;
+use oit_spheres::{VARIATIONS, Variation, cross_product};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -144,6 +145,10 @@ struct SweepFile {
     /// Methods by name, `all` for every one in its default size. The axes are not theirs.
     #[serde(default)]
     methods: Vec<Spanned<String>>,
+    /// Ways of drawing spheres by name: `all` for those of the thesis's tables and those past it. A `*`
+    /// stands for every value of an axis.
+    #[serde(default)]
+    spheres: Vec<Spanned<String>>,
     #[serde(default)]
     captures: Vec<Spanned<String>>,
     #[serde(default)]
@@ -449,6 +454,23 @@ impl SweepFile {
         let all: Vec<MethodChoice> = methods().map(MethodChoice::new).collect();
         let methods = place.axis(&self.methods, &[], &all, parse_method)?;
         techniques.extend(methods.into_iter().map(Technique::Method));
+        for word in &self.spheres {
+            match word.get_ref().as_str() {
+                "all" => techniques.extend(VARIATIONS.iter().map(|name| {
+                    Technique::Spheres(name.parse().expect("the registry's names are names"))
+                })),
+                name if name.contains('*') => {
+                    let like = |variation: &Variation| matches(name, &variation.to_string());
+                    let before = techniques.len();
+                    techniques.extend(cross_product().filter(like).map(Technique::Spheres));
+                    if techniques.len() == before {
+                        let problem = "no way of drawing spheres is called like this".into();
+                        return Err(place.fault(word, Problem::Invalid(problem)));
+                    }
+                }
+                name => techniques.push(place.technique(word, name.parse())?),
+            }
+        }
         if self.sorts.is_empty() {
             let axes = [&self.captures, &self.schedules, &self.stages, &self.ties];
             if let Some(word) = axes.iter().find_map(|axis| axis.first()) {
@@ -525,6 +547,13 @@ impl SweepFile {
         }
         Ok(techniques)
     }
+}
+
+/// Whether a name is like a pattern: word by word, where `*` stands for any word.
+fn matches(pattern: &str, name: &str) -> bool {
+    let same = |(a, b): (&str, &str)| a == "*" || a == b;
+    pattern.split('/').count() == name.split('/').count()
+        && pattern.split('/').zip(name.split('/')).all(same)
 }
 
 fn scene<'a, T>(

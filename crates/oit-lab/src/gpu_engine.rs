@@ -1,5 +1,6 @@
 //! Cells on a GPU: each technique is a plan.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::time::Instant;
 
@@ -8,11 +9,13 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
+use oit_spheres::{SphereBytes, SphereRequest, Variation};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
+    no_spheres,
 };
 use crate::method::MethodChoice;
 use crate::technique::{PoolPolicy, Sorted, Stage, Technique};
@@ -32,6 +35,8 @@ struct OpenView {
     ready: Vec<ReadyPlan>,
     /// Stored fragments as each capture lays them out, and for which lists.
     stored: HashMap<(&'static str, Option<Lists>), Vec<Buffer>>,
+    /// Its spheres for a device, once they were asked for.
+    spheres: OnceCell<SphereBytes>,
 }
 
 /// A technique's plan, or its two where the first one's pool is too small.
@@ -218,8 +223,32 @@ impl GpuEngine {
         let view = self.view()?;
         let Source::Scene(scene) = &view.data.source else { return Err(draws_itself(choice)) };
         let plan = choice.plan(&scene.geometry, view.data.size, &view.histogram)?;
+        self.prepare_whole(&plan)
+    }
+
+    fn prepare_spheres(
+        &mut self,
+        variation: &Variation,
+    ) -> Result<(Ready, Preparation), CellError> {
+        let view = self.view()?;
+        let Source::Scene(scene) = &view.data.source else { return Err(no_spheres(variation)) };
+        let Some(spheres) = &scene.spheres else { return Err(no_spheres(variation)) };
+        let FrameSize { width_px, height_px } = view.data.size;
+        let request = SphereRequest {
+            spheres: view.spheres.get_or_init(|| SphereBytes::new(spheres)),
+            shading: &scene.shading,
+            camera: &scene.camera,
+            width_px,
+            height_px,
+        };
+        let plan = variation.plan(&request).map_err(CellError::Unsupported)?;
+        self.prepare_whole(&plan)
+    }
+
+    /// Makes the plan of a technique that is one whole ready, and runs it once.
+    fn prepare_whole(&mut self, plan: &Plan) -> Result<(Ready, Preparation), CellError> {
         let started = Instant::now();
-        let plan = self.device.prepare(&plan)?;
+        let plan = self.device.prepare(plan)?;
         let prepare_ms = started.elapsed().as_secs_f64() * 1e3;
         self.device.poison(plan)?;
         self.device.run(plan)?;
@@ -284,6 +313,7 @@ impl Engine for GpuEngine {
         self.cuda.reset();
         self.view = None;
         let counts: Vec<u32> = match &data.source {
+            _ if !data.counted => Vec::new(),
             Source::Scene(scene) => {
                 let FrameSize { width_px, height_px } = data.size;
                 let id = self.start(&count_plan(&scene.geometry, width_px, height_px))?;
@@ -292,13 +322,22 @@ impl Engine for GpuEngine {
             Source::Stored(lfb) => lfb.counts().collect(),
         };
         let histogram = DepthHistogram::from_counts(counts.iter().copied());
-        let (ready, stored) = (Vec::new(), HashMap::new());
-        self.view = Some(OpenView { data, histogram: histogram.clone(), counts, ready, stored });
+        self.view = Some(OpenView {
+            data,
+            histogram: histogram.clone(),
+            counts,
+            ready: Vec::new(),
+            stored: HashMap::new(),
+            spheres: OnceCell::new(),
+        });
         Ok(histogram)
     }
 
     fn reference(&mut self) -> Result<(Lfb, Vec<u32>), CellError> {
         let view = self.view()?;
+        if !view.data.counted {
+            return Err(CellError::Failed("the view's fragments were not counted".into()));
+        }
         let (size, counts) = (view.data.size, view.counts.clone());
         let scene = match &view.data.source {
             Source::Scene(scene) => scene,
@@ -332,6 +371,7 @@ impl Engine for GpuEngine {
         match technique {
             Technique::Sorted(sorted) => self.prepare_sorted(sorted),
             Technique::Method(choice) => self.prepare_method(choice),
+            Technique::Spheres(variation) => self.prepare_spheres(variation),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Technique registry, experiments, runner, verification.
 //!
 //! The harness knows no technique by name: captures, sorts, schedules and methods are registries, a
-//! technique is a point on the axes of the first three or a method, and a cell is a technique on one
+//! technique is a point on the axes of the first three, a method or a way of drawing spheres, and a cell is a technique on one
 //! view of a scene.
 
 mod advise;
@@ -17,6 +17,7 @@ mod kept;
 mod method;
 pub mod provenance;
 mod runner;
+mod spheres;
 mod stability;
 mod stored;
 mod technique;
@@ -43,6 +44,7 @@ pub use experiment::{
 };
 pub use method::{MethodChoice, methods, parse_method};
 pub use runner::{Outcome, Progress, RunError, Setup, default_folder, run, samples_by_cell};
+pub use spheres::SphereVerifier;
 pub use stored::{
     DEEP_EXTENSION, Origin, STORED_VIEW, Stored, StoredError, is_stored, load_stored, stored_entry,
 };

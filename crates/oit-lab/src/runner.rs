@@ -18,6 +18,7 @@ use oit_scene::SceneEntry;
 use crate::experiment::{Experiment, ExperimentError, PlannedCell, ProfileName};
 use crate::kept;
 use crate::provenance;
+use crate::technique::Technique;
 use crate::verify::Check;
 use crate::worker::{Prepared, Reply, Request, Spent};
 
@@ -407,6 +408,10 @@ impl Session<'_> {
             view: planned.cell.view.clone(),
             width_px: planned.size.width_px,
             height_px: planned.size.height_px,
+            // Ways of drawing spheres need no counts.
+            counted: cells
+                .iter()
+                .any(|&cell| !matches!(self.cells[cell].technique, Technique::Spheres(_))),
             // Hundreds of frames would come to hundreds of megabytes: of these there are histograms.
             counts: planned
                 .camera_path
@@ -416,10 +421,11 @@ impl Session<'_> {
         // A scene may be large: reading it is given ten times a cell's time.
         let reply = client.ask(&request, self.timeout * 10);
         match reply {
-            Ok(Reply::Counted { triangles, histogram }) => {
+            Ok(Reply::Counted { triangles, spheres, histogram }) => {
                 let group = self.group_name(cells[0]);
                 if self.counted.insert(group.clone()) {
-                    self.writer.append(&Event::Counted { group, triangles, histogram })?;
+                    let counted = Event::Counted { group, triangles, spheres, histogram };
+                    self.writer.append(&counted)?;
                 }
                 Ok(true)
             }

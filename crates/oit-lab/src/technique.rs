@@ -1,5 +1,6 @@
 //! A technique's name: a coordinate, which says what is captured how, which pixels run which program
-//! and how they sort; or that of a method.
+//! and how they sort; that of a method; or a way of drawing
+//! spheres.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,6 +10,7 @@ use oit_capture::{Capture, Method};
 use oit_fragments::Ties;
 use oit_scene::nearest;
 use oit_sort::{ChoiceError, SortChoice};
+use oit_spheres::{Variation, VariationError};
 
 use crate::method::{MethodChoice, methods, parse_method};
 
@@ -19,6 +21,8 @@ pub enum Technique {
     Sorted(Sorted),
     /// It is one whole.
     Method(MethodChoice),
+    /// It draws spheres, opaque.
+    Spheres(Variation),
 }
 
 /// A technique that captures fragments, sorts and composites them: a point on every axis. Its name is
@@ -325,6 +329,7 @@ impl fmt::Display for Technique {
         match self {
             Self::Sorted(sorted) => sorted.fmt(f),
             Self::Method(choice) => choice.fmt(f),
+            Self::Spheres(variation) => variation.fmt(f),
         }
     }
 }
@@ -398,6 +403,9 @@ pub enum TechniqueError {
     /// The sort names no strategy, or no store of it.
     #[error(transparent)]
     Sort(#[from] ChoiceError),
+    /// No way of drawing spheres.
+    #[error(transparent)]
+    Spheres(#[from] VariationError),
     /// A schedule and a stage that do not go together.
     #[error("{schedule} runs in the {needs} stage, not in the {stage} stage")]
     Stage {
@@ -526,6 +534,9 @@ impl FromStr for Technique {
     fn from_str(text: &str) -> Result<Self, TechniqueError> {
         if ALIASES.iter().any(|(alias, _)| *alias == text) {
             return Ok(Self::Sorted(text.parse()?));
+        }
+        if text.starts_with(oit_spheres::PREFIX) {
+            return Ok(Self::Spheres(text.parse()?));
         }
         // A coordinate has five parts at least. One that lacks some begins with a capture all the same.
         let mut parts = text.split('/');

@@ -67,7 +67,7 @@ impl Tuner {
     ) -> Result<Technique, CellError> {
         match technique {
             Technique::Sorted(sorted) => Ok(self.choose_sorted(sorted, histogram, size)?.into()),
-            Technique::Method(_) => Ok(technique.clone()),
+            Technique::Method(_) | Technique::Spheres(_) => Ok(technique.clone()),
         }
     }
 

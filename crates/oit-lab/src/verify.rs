@@ -130,6 +130,7 @@ impl Verifier {
             Technique::Method(choice) => {
                 self.verify_method(check, engine, choice, ready, preparation)
             }
+            Technique::Spheres(_) => Err(CellError::Failed(SPHERES.into())),
         }
     }
 
@@ -350,7 +351,11 @@ struct Repeated {
 }
 
 /// What is recorded of any technique; of its fragments, as if they were equal and compared.
-fn verification(verdict: Verdict, all: &Difference, preparation: &Preparation) -> Verification {
+pub(crate) fn verification(
+    verdict: Verdict,
+    all: &Difference,
+    preparation: &Preparation,
+) -> Verification {
     Verification {
         verdict,
         note: None,
@@ -383,13 +388,16 @@ fn difference(image: &Image, right: &[[f64; 4]]) -> Result<Difference, CellError
     compare(image, right).map_err(|error| CellError::Failed(error.to_string()))
 }
 
+/// What [`crate::SphereVerifier`] is for.
+const SPHERES: &str = "ways of drawing spheres are compared with an oracle of their own";
+
 /// Whether no channel of a picture is off by more than this. What is no number is off by infinity.
 fn within(bound: f64, difference: &Difference) -> bool {
     difference.max_color_error <= bound && difference.max_alpha_error <= bound
 }
 
 /// How far a picture is off, in words.
-fn off(difference: &Difference) -> String {
+pub(crate) fn off(difference: &Difference) -> String {
     let Difference { wrong_px, max_color_error, max_alpha_error, .. } = difference;
     format!(
         "{wrong_px} wrong pixels, colour off by up to {max_color_error:.3e}, alpha by up to \

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_record::{DeviceInfo, Program, Verdict, Verification};
+use oit_spheres::Variation;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{
@@ -15,6 +16,7 @@ use crate::engine::{
 };
 use crate::experiment::Overrides;
 use crate::kept;
+use crate::spheres::SphereVerifier;
 use crate::stability::{Changes, sequence};
 use crate::stored::{is_stored, load_stored};
 use crate::technique::Technique;
@@ -33,6 +35,9 @@ pub(crate) enum Request {
         view: String,
         width_px: u32,
         height_px: u32,
+        /// Whether its fragments are counted, and can be captured.
+        #[serde(default = "yes")]
+        counted: bool,
         /// Where the picture of the fragments per pixel goes, if one is wanted.
         counts: Option<PathBuf>,
     },
@@ -60,13 +65,22 @@ pub(crate) enum Request {
     Spent,
 }
 
+fn yes() -> bool {
+    true
+}
+
 /// What the worker answers.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Reply {
     /// The device.
     Opened(Box<DeviceInfo>),
     /// A view's fragments.
-    Counted { triangles: u64, histogram: Vec<u64> },
+    Counted {
+        triangles: u64,
+        #[serde(default)]
+        spheres: Option<u64>,
+        histogram: Vec<u64>,
+    },
     /// A technique is ready.
     Prepared(Box<Prepared>),
     /// One timing.
@@ -139,6 +153,7 @@ struct Worker {
     scene: Option<((PathBuf, String), oit_scene::Scene)>,
     verifier: Option<Verifier>,
     changes: Changes,
+    spheres: Option<SphereVerifier>,
     ready: HashMap<usize, Ready>,
     spent: Spent,
 }
@@ -225,9 +240,10 @@ impl Worker {
                 self.engine = Some(engine);
                 Ok(Reply::Opened(Box::new(info)))
             }
-            Request::View { scene, overrides, view, width_px, height_px, counts } => {
+            Request::View { scene, overrides, view, width_px, height_px, counted, counts } => {
                 let size = FrameSize { width_px, height_px };
-                self.view(&(scene, overrides), &view, size, counts.as_deref())
+                let counts = counts.as_deref().filter(|_| counted);
+                self.view(&(scene, overrides), &view, size, counted, counts)
             }
             Request::Prepare { cell, technique, check, perceptual, repeats, images, breaks } => {
                 let (images, breaks) = (images.as_deref(), breaks.as_deref());
@@ -247,6 +263,7 @@ impl Worker {
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
+        counted: bool,
     ) -> Result<ViewData, CellError> {
         let failed = |error: &dyn std::fmt::Display| CellError::Failed(error.to_string());
         if is_stored(&key.0) {
@@ -273,7 +290,8 @@ impl Worker {
             self.scene = Some((key.clone(), scene));
         }
         let (_, scene) = self.scene.as_ref().expect("loaded above");
-        ViewData::new(scene, view, size).map_err(|error| match error {
+        let open = if counted { ViewData::new } else { ViewData::uncounted };
+        open(scene, view, size).map_err(|error| match error {
             ViewError::Spheres(_) => CellError::Unsupported(error.to_string()),
             ViewError::Scene(_) => failed(&error),
         })
@@ -284,28 +302,34 @@ impl Worker {
         key: &(PathBuf, String),
         view: &str,
         size: FrameSize,
+        counted: bool,
         counts: Option<&Path>,
     ) -> Result<Reply, CellError> {
         self.ready.clear();
         self.verifier = None;
+        self.spheres = None;
         self.view = None;
         let started = Instant::now();
-        let data = self.view_data(key, view, size)?;
+        let data = self.view_data(key, view, size, counted)?;
+        self.spheres = SphereVerifier::new(&data);
+        let spheres = data.spheres();
         self.spent.scene_ms += ms(started);
         let (triangles, size) = (data.triangles(), data.size);
         let started = Instant::now();
         let engine = self.engine()?;
         let histogram = engine.open_view(data)?;
-        let verifier = Verifier::new(engine)?;
-        if let Some(counts) = counts.filter(|counts| !counts.exists()) {
-            write_counts(counts, verifier.reference())
-                .map_err(|error| CellError::Failed(error.to_string()))?;
+        if counted {
+            let verifier = Verifier::new(engine)?;
+            if let Some(counts) = counts.filter(|counts| !counts.exists()) {
+                write_counts(counts, verifier.reference())
+                    .map_err(|error| CellError::Failed(error.to_string()))?;
+            }
+            self.verifier = Some(verifier);
         }
-        self.verifier = Some(verifier);
         self.changes.open(sequence(key, view, size));
         self.view = Some((histogram.clone(), size));
         self.spent.verify_ms += ms(started);
-        Ok(Reply::Counted { triangles, histogram: histogram.pixels })
+        Ok(Reply::Counted { triangles, spheres, histogram: histogram.pixels })
     }
 
     fn prepare(
@@ -342,6 +366,13 @@ impl Worker {
         asked: Asked,
     ) -> Result<(Ready, Preparation, Option<Verification>), CellError> {
         let (ready, preparation) = self.engine()?.prepare(technique)?;
+        if let Technique::Spheres(variation) = technique {
+            let verification = match asked.check {
+                Some(_) => Some(self.verify_spheres(variation, ready, &preparation, asked)?),
+                None => None,
+            };
+            return Ok((ready, preparation, verification));
+        }
         let verification = match (asked.check, &mut self.verifier, &mut self.engine) {
             (Some(check), Some(verifier), Some(engine)) => {
                 verifier.repeat(asked.repeats);
@@ -370,6 +401,36 @@ impl Worker {
             _ => None,
         };
         Ok((ready, preparation, verification))
+    }
+
+    fn verify_spheres(
+        &mut self,
+        variation: &Variation,
+        ready: Ready,
+        preparation: &Preparation,
+        asked: Asked,
+    ) -> Result<Verification, CellError> {
+        let (Some(engine), Some(verifier)) = (&mut self.engine, &mut self.spheres) else {
+            return Err(CellError::Failed("no view of spheres is open".into()));
+        };
+        let failed = |error: oit_image::ImageError| CellError::Failed(error.to_string());
+        let mut result =
+            verifier.verify(&mut **engine, variation, ready, preparation, asked.repeats)?;
+        let perceptual = asked.perceptual && result.verdict == Verdict::Approximate;
+        if !perceptual && asked.images.is_none() {
+            return Ok(result);
+        }
+        let right = verifier.expected(variation.detail).picture();
+        let right: Vec<[f64; 4]> = right.iter().map(|pixel| pixel.map(f64::from)).collect();
+        let image = engine.picture(ready)?;
+        if perceptual {
+            let seen = oit_image::perceptual(&image, &right).map_err(failed)?;
+            (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
+        }
+        if let Some(stem) = asked.images {
+            kept::keep(stem, &image, &right, &vec![0; right.len()]).map_err(failed)?;
+        }
+        Ok(result)
     }
 
     fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {

@@ -54,7 +54,7 @@ fn record(cells: &[(u32, &str, u64, u64)]) -> Record {
         let mut histogram = vec![0; depth as usize + 1];
         (histogram[0], histogram[depth as usize]) = (900, 100);
         let name = run.cells[place].group();
-        events.push(Event::Counted { group: name, triangles: 1, histogram });
+        events.push(Event::Counted { group: name, triangles: 1, spheres: None, histogram });
         events.push(Event::Verified { cell: place, result: exact() });
         let stages = [("resolve", resolve), ("group", group), ("capture", 7)];
         let stages_ns = stages.map(|(stage, ns)| (stage.to_owned(), ns)).into();

@@ -89,7 +89,11 @@ pub enum Event {
         group: String,
         /// Triangles drawn.
         triangles: u64,
-        /// `histogram[n]` pixels have `n` fragments.
+        /// Spheres there are, every object in full detail, where the scene is of spheres.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        spheres: Option<u64>,
+        /// `histogram[n]` pixels have `n` fragments; empty where they were not counted, since every cell
+        /// draws opaque spheres.
         histogram: Vec<u64>,
     },
     /// A cell was run once and compared with the oracle, before any timing.

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use oit_scene::Problem;
 
 /// What stands before every variation's name.
-const PREFIX: &str = "spheres/";
+pub const PREFIX: &str = "spheres/";
 
 /// A way of drawing spheres. Its name is `spheres/`, then [`Drawing`], [`Billboard`],
 /// [`Projection`], [`Depth`], [`Cover`] and [`Output`], then what is not the default of [`Order`],
@@ -83,7 +83,8 @@ macro_rules! axis {
 axis!(
     /// How draws are submitted.
     Drawing, "way of submitting draws", {
-    /// Tessellated patches, one for each batch of up to 4,160 atoms (the thesis's baseline, section 3.4.1).
+    /// Batches of an object's atoms: tessellated patches of up to 4,160 (the thesis's baseline, section
+    /// 3.4.1), or a mesh shader's workgroups of 64.
     Batches = "batches",
     /// One indirect draw for each object (section 3.4.2).
     PerObject = "per-object",
@@ -138,7 +139,9 @@ axis!(
 });
 
 axis!(
-    /// What is written for each fragment (section 3.3, Table 3.4).
+    /// What is written for each fragment (section 3.3, Table 3.4). Where atom and instance share 32 bits,
+    /// each has 16 if that is enough, else one takes bits from the other, and else all spheres are
+    /// numbered through: ids are never wrong, as the thesis's are beyond 65,536.
     Output, "output", {
     /// Atom, instance, position and normal, each four 32-bit floats.
     Bytes64 = "bytes64",
@@ -148,7 +151,10 @@ axis!(
     Bytes24 = "bytes24",
     /// Atom and instance in 16 bits each, three 16-bit floats of position, two bytes of normal.
     Bytes12 = "bytes12",
-    /// Atom and instance in 16 bits each; position and normal rebuilt from depth.
+    /// Atom and instance in 16 bits each, and depth once more, since a plan does not read its depth
+    /// target; position rebuilt from depth, and normal from its differences (section 3.3.2).
+    Bytes8 = "bytes8",
+    /// Atom and instance in 16 bits each; they name the sphere, which is met once more.
     Bytes4 = "bytes4",
 });
 
@@ -219,12 +225,17 @@ impl From<Problem> for VariationError {
 
 impl Variation {
     /// Why it makes no sense, if it does not.
-    fn fault(&self) -> Option<&'static str> {
+    pub(crate) fn fault(&self) -> Option<&'static str> {
         match self.raster {
-            Raster::Billboards { drawing: Drawing::Batches, billboard, .. }
-                if billboard != Billboard::Geometry =>
+            Raster::Billboards {
+                drawing: Drawing::Batches, billboard: Billboard::Pulled, ..
+            } => {
+                Some("a batch is tessellated and needs the geometry shader, or is a mesh shader's")
+            }
+            Raster::Billboards { drawing, billboard: Billboard::MeshShader, .. }
+                if drawing != Drawing::Batches =>
             {
-                Some("a tessellated batch needs the geometry shader")
+                Some("a mesh shader draws batches")
             }
             Raster::Billboards { depth: Depth::Flat, cover: Cover::Infinite, .. } => {
                 Some("an infinite depth is a depth that the shader writes")

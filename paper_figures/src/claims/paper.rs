@@ -1,5 +1,6 @@
 //! The papers' own tables, as evidence: Table 2 of the register-based block sort paper, Table 20.1 of
-//! the layered fragment buffer chapter, and Tables 1 and 2 of the backwards memory allocation paper.
+//! the layered fragment buffer chapter, Tables 1 and 2 of the backwards memory allocation paper, and the
+//! tables of the thesis on biomolecular scenes.
 
 use analysis::{RESOLVE, Ratio, TOTAL};
 
@@ -8,7 +9,7 @@ use super::evidence::{
     Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
 };
 use crate::FigureError;
-use crate::figures::{bma_views, lfb_views, rbs_views};
+use crate::figures::{bma_views, lfb_views, rbs_views, spheres_views};
 use crate::published::{self, Published};
 
 /// The tables that a rule can be applied to.
@@ -17,6 +18,7 @@ pub(super) struct Paper {
     lfb: Published,
     bma_intervals: Published,
     bma: Published,
+    spheres: Vec<Published>,
 }
 
 impl Paper {
@@ -24,7 +26,9 @@ impl Paper {
         let (rbs, lfb) = (published::table("rbs-table-2")?, published::table("lfb-table-20.1")?);
         let (bma_intervals, bma) =
             (published::table("bma-table-1")?, published::table("bma-table-2")?);
-        Ok(Self { rbs, lfb, bma_intervals, bma })
+        let spheres = spheres_views::TABLES.iter().map(|known| published::table(known.published));
+        let spheres = spheres.collect::<Result<_, _>>()?;
+        Ok(Self { rbs, lfb, bma_intervals, bma, spheres })
     }
 
     fn rbs_ms(&self, technique: &str, (scene, view): &View, stage: &str) -> Option<f64> {
@@ -81,11 +85,24 @@ impl Paper {
     }
 }
 
+impl Paper {
+    /// The thesis has sums of stages nowhere: those are made of its columns.
+    fn spheres_ms(&self, technique: &str, (scene, view): &View, stage: &str) -> Option<f64> {
+        let mut found = spheres_views::TABLES.iter().zip(&self.spheres);
+        found.find_map(|(table, published)| {
+            let on = table.is_on(scene, view);
+            let value = |stage: &str| table.value(published, technique, stage);
+            on.then(|| stage.split('+').map(value).sum::<Option<f64>>()).flatten()
+        })
+    }
+}
+
 impl Evidence for Paper {
     fn time_ms(&self, technique: &str, view: &View, stage: &str) -> Result<f64, String> {
         let ms = self.rbs_ms(technique, view, stage);
         let ms = ms.or_else(|| self.lfb_ms(technique, view, stage));
         let ms = ms.or_else(|| self.bma_ms(technique, view, stage));
+        let ms = ms.or_else(|| self.spheres_ms(technique, view, stage));
         ms.ok_or_else(|| "in no table of the papers".to_owned())
     }
 

@@ -288,6 +288,20 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
+    /// The time of a stage, in milliseconds.
+    Time {
+        /// The technique.
+        technique: String,
+        /// The stage.
+        stage: String,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
     /// The share of wrong pixels of a technique's picture, in percent.
     WrongPixels {
         /// The technique.
@@ -664,7 +678,9 @@ impl Rule {
         let named: Vec<&String> = match self {
             Self::Speedup { technique, over, .. } => over.iter().chain([technique]).collect(),
             Self::Fastest { technique, among, .. } => among.iter().chain([technique]).collect(),
-            Self::Share { technique, .. } | Self::Direction { technique, .. } => vec![technique],
+            Self::Share { technique, .. }
+            | Self::Time { technique, .. }
+            | Self::Direction { technique, .. } => vec![technique],
             Self::Synergy { whole, parts, baseline, .. } => {
                 parts.iter().chain([whole, baseline]).collect()
             }
@@ -714,6 +730,10 @@ impl Rule {
                 let (figures, detail) = each(views, evidence, |view| {
                     Ok(time(technique, view, stage)? / time(technique, view, TOTAL)?)
                 })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Time { technique, stage, views, combine, bounds } => {
+                let (figures, detail) = each(views, evidence, |view| time(technique, view, stage))?;
                 (combine.of(&figures), *bounds, detail)
             }
             Self::Direction { technique, stage, views: (first, second), bounds } => {

@@ -43,7 +43,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     let mut writer = RunWriter::create(folder, &run).unwrap();
     for (scene, view, peak) in views {
         let (group, histogram) = (cell("", scene, view).group(), histogram(scene, peak));
-        writer.append(&Event::Counted { group, triangles: 9, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 9, spheres: None, histogram }).unwrap();
     }
     for (index, (cell, rmse)) in cells.iter().enumerate() {
         if cell.view == "rbs-v2" {

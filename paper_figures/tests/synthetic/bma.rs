@@ -96,7 +96,9 @@ pub(crate) fn write_run(root: &Path, device: &str) -> PathBuf {
     for (scene, peak, _) in VIEWS {
         let group = format!("{scene}:bma@{WIDTH_PX}x{HEIGHT_PX}");
         let histogram = histogram(scene, peak);
-        writer.append(&Event::Counted { group, triangles: 13_468, histogram }).unwrap();
+        writer
+            .append(&Event::Counted { group, triangles: 13_468, spheres: None, histogram })
+            .unwrap();
         write_bump(&folder, &format!("{scene}_bma"), f64::from(peak));
     }
     for (cell, (name, peak)) in cells.iter().enumerate() {

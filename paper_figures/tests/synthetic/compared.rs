@@ -98,7 +98,7 @@ pub(crate) fn write_run(root: &Path, device: &str) -> PathBuf {
             histogram[1] = 5;
         }
         let group = name.group();
-        writer.append(&Event::Counted { group, triangles: 16, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 16, spheres: None, histogram }).unwrap();
         let programs = program.into_iter().collect();
         writer.append(&Event::Programs { cell, programs }).unwrap();
         let mut result = verification(&name.technique, peak);

@@ -41,7 +41,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     let mut writer = RunWriter::create(folder, &run_of(device, cells)).unwrap();
     for frame in frames {
         let (group, histogram) = (cell(frame, "").group(), histogram(frame));
-        writer.append(&Event::Counted { group, triangles: 9, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 9, spheres: None, histogram }).unwrap();
     }
     for (index, (frame, technique, ms)) in all.iter().enumerate() {
         let mut result = verification(technique, 128);

@@ -183,7 +183,7 @@ fn write(folder: &Path, device: &str, views: &[View], techniques: &[String]) -> 
     for (scene, view, histogram) in views {
         let group = format!("{scene}:{view}@{WIDTH_PX}x{HEIGHT_PX}");
         let histogram = histogram.clone();
-        writer.append(&Event::Counted { group, triangles: 100, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 100, spheres: None, histogram }).unwrap();
     }
     let mut rng = SplitMix64(20);
     for (cell, (name, histogram)) in cells.iter().enumerate() {

@@ -52,7 +52,14 @@ pub(crate) fn write_run(root: &Path, folder: &str, device: &str, is_told: bool) 
     let mut writer = RunWriter::create(&folder, &run_of(device, cells.clone())).unwrap();
     let mut histogram = vec![0; 9];
     histogram[8] = u64::from(WIDTH_PX * HEIGHT_PX);
-    writer.append(&Event::Counted { group: cells[0].group(), triangles: 16, histogram }).unwrap();
+    writer
+        .append(&Event::Counted {
+            group: cells[0].group(),
+            triangles: 16,
+            spheres: None,
+            histogram,
+        })
+        .unwrap();
     for (cell, (sort, (size, registers))) in all.into_iter().enumerate() {
         let program = Program {
             sort: sort.to_owned(),

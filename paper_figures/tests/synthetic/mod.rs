@@ -10,6 +10,7 @@ pub(crate) mod mechanism;
 pub(crate) mod peel;
 pub(crate) mod probe;
 pub(crate) mod rbs;
+pub(crate) mod spheres;
 pub(crate) mod stability;
 
 use std::collections::BTreeMap;
@@ -222,7 +223,7 @@ fn write_views(
     for &(scene, view, peak) in views {
         let group = format!("{scene}:{view}@{WIDTH_PX}x{HEIGHT_PX}");
         let histogram = histogram(scene, peak);
-        writer.append(&Event::Counted { group, triangles: 100, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 100, spheres: None, histogram }).unwrap();
     }
     let mut rng = SplitMix64(7);
     for (cell, (name, peak)) in cells.iter().enumerate() {

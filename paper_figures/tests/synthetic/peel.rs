@@ -34,7 +34,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             histogram[*count as usize] = 100;
             histogram[0] = u64::from(WIDTH_PX * HEIGHT_PX) - 100;
             let group = cell.group();
-            writer.append(&Event::Counted { group, triangles: 9, histogram }).unwrap();
+            writer
+                .append(&Event::Counted { group, triangles: 9, spheres: None, histogram })
+                .unwrap();
         }
         let approximate = cell.technique == "dual_peel_forward11";
         let max_error = match (approximate, count) {

@@ -143,7 +143,7 @@ pub(crate) fn write_fragments(folder: &Path, device: &str) {
     let mut writer = RunWriter::create(folder, &run_of(device, cells.clone())).unwrap();
     let histogram = super::histogram("planes", 60);
     let group = cells[0].group();
-    writer.append(&Event::Counted { group, triangles: 16, histogram }).unwrap();
+    writer.append(&Event::Counted { group, triangles: 16, spheres: None, histogram }).unwrap();
     for (cell, (technique, ns)) in all.iter().enumerate() {
         let result = verification(technique, 60);
         writer.append(&Event::Verified { cell, result }).unwrap();
@@ -174,7 +174,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     for (group, depth) in groups {
         let mut histogram = vec![0; depth as usize + 1];
         histogram[depth as usize] = u64::from(WIDTH_PX * HEIGHT_PX);
-        writer.append(&Event::Counted { group, triangles: 16, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 16, spheres: None, histogram }).unwrap();
     }
     for (cell, made) in all.into_iter().enumerate() {
         if let Some(program) = made.program {

@@ -87,7 +87,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         // One mesh draws a triangle that it must not.
         let pixels = if cell.scene.contains("huge") { 11 } else { 10 };
         let histogram = vec![u64::from(WIDTH_PX * HEIGHT_PX) - pixels, pixels];
-        writer.append(&Event::Counted { group, triangles: 9, histogram }).unwrap();
+        writer.append(&Event::Counted { group, triangles: 9, spheres: None, histogram }).unwrap();
     }
     for (place, ((_, view, _, word), name)) in CELLS.iter().zip(&cells).enumerate() {
         let event = match (*word, result(place, view, word)) {

@@ -8,6 +8,7 @@ use oit_fragments::DepthHistogram;
 use oit_gpu::Compiled;
 use oit_lab::{Fragments, FrameSize, Stage, Technique, Tuner, assemble, cuda_source};
 use oit_record::Statistic;
+use oit_spheres::{SphereBytes, SphereRequest};
 
 use crate::command::render::{overrides, size};
 use crate::command::{cache_folder, device_id, report};
@@ -68,6 +69,19 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
         }
         Technique::Method(choice) => {
             (choice.plan(&geometry, size, &histogram).map_err(report)?, None)
+        }
+        Technique::Spheres(variation) => {
+            let name = &scene.name;
+            let spheres = scene.spheres.as_ref();
+            let spheres = spheres.ok_or_else(|| miette!("{name} is no scene of spheres"))?;
+            let request = SphereRequest {
+                spheres: &SphereBytes::new(spheres),
+                shading: &scene.shading,
+                camera: &scene.views[0].camera,
+                width_px,
+                height_px,
+            };
+            (variation.plan(&request).map_err(|why| miette!("{variation}: {why}"))?, None)
         }
     };
     print!("{plan}");

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, miette};
 use oit_image::{false_color_png, write_exr, write_png};
 use oit_lab::{
-    FrameSize, STORED_VIEW, Technique, Tuner, Verifier, ViewData, is_stored, load_stored,
-    open_engine,
+    FrameSize, STORED_VIEW, SphereVerifier, Technique, Tuner, Verifier, ViewData, is_stored,
+    load_stored, open_engine,
 };
 
 use crate::command::{TUNING, cache_folder, device_id, report};
@@ -78,7 +78,7 @@ fn background(text: &str) -> miette::Result<[f32; 3]> {
 }
 
 /// What is rendered, and the names of its scene and view.
-fn view_data(arguments: &Arguments) -> miette::Result<(ViewData, String, String)> {
+fn view_data(arguments: &Arguments, opaque: bool) -> miette::Result<(ViewData, String, String)> {
     let Arguments { scene: path, view, size: asked, set, .. } = arguments;
     if is_stored(path) {
         if view.is_some() || asked.is_some() || !set.is_empty() {
@@ -92,37 +92,57 @@ fn view_data(arguments: &Arguments) -> miette::Result<(ViewData, String, String)
     let size = size(asked.as_deref().unwrap_or("1920x1080"))?;
     let scene = oit_scene::load(path, &overrides(set)?).map_err(report)?;
     let view = view.clone().unwrap_or_else(|| scene.views[0].name.clone());
-    Ok((ViewData::new(&scene, &view, size).map_err(report)?, scene.name, view))
+    let open = if opaque { ViewData::uncounted } else { ViewData::new };
+    Ok((open(&scene, &view, size).map_err(report)?, scene.name, view))
 }
 
 /// Renders, says how right it is, and writes the files.
 pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let background = background(&arguments.background)?;
-    let (data, name, view) = view_data(arguments)?;
-    let (size, triangles) = (data.size, data.triangles());
+    let opaque = matches!(technique, Technique::Spheres(_));
+    let (data, name, view) = view_data(arguments, opaque)?;
+    let (size, triangles, of_spheres) = (data.size, data.triangles(), data.spheres());
+    let mut spheres = SphereVerifier::new(&data);
     let device = device_id(&arguments.device)?;
     let mut engine = open_engine(&device, &cache_folder()).map_err(report)?;
     let histogram = engine.open_view(data).map_err(report)?;
     let tuner = Tuner::open(&arguments.tuning, engine.info());
     let technique = tuner.choose(&technique, &histogram, size).map_err(report)?;
-    let mut verifier = Verifier::new(&mut *engine).map_err(report)?;
     let (ready, preparation) = engine.prepare(&technique).map_err(report)?;
-    let result = verifier.verify(&mut *engine, &technique, ready, &preparation).map_err(report)?;
+    let (result, counts) = match (&technique, &mut spheres) {
+        (Technique::Spheres(variation), Some(verifier)) => {
+            let result = verifier.verify(&mut *engine, variation, ready, &preparation, None);
+            (result.map_err(report)?, None)
+        }
+        _ => {
+            let mut verifier = Verifier::new(&mut *engine).map_err(report)?;
+            let result = verifier.verify(&mut *engine, &technique, ready, &preparation);
+            let counts: Vec<u32> = verifier.reference().counts().collect();
+            (result.map_err(report)?, Some(counts))
+        }
+    };
     let image = engine.picture(ready).map_err(report)?;
-    let counts: Vec<u32> = verifier.reference().counts().collect();
     std::fs::create_dir_all(&arguments.out).into_diagnostic()?;
     let path = |ending: &str| arguments.out.join(format!("{name}-{view}{ending}"));
     write_png(&path(".png"), &image, background).map_err(report)?;
-    write_exr(&path(".exr"), &image, Some(&counts)).map_err(report)?;
+    write_exr(&path(".exr"), &image, counts.as_deref()).map_err(report)?;
     let (width, height) = (size.width_px, size.height_px);
-    false_color_png(&path("-depth.png"), width, height, &counts).map_err(report)?;
-    println!(
-        "{triangles} triangles, {} fragments, up to {} on one of {} covered pixels",
-        histogram.total(),
-        histogram.peak(),
-        histogram.covered()
+    let drawn = of_spheres.map_or_else(
+        || format!("{triangles} triangles"),
+        |spheres| format!("up to {spheres} spheres"),
     );
+    if let Some(counts) = counts {
+        false_color_png(&path("-depth.png"), width, height, &counts).map_err(report)?;
+        println!(
+            "{drawn}, {} fragments, up to {} on one of {} covered pixels",
+            histogram.total(),
+            histogram.peak(),
+            histogram.covered()
+        );
+    } else {
+        println!("{drawn}");
+    }
     println!(
         "{technique} on {device}: {:?}{}",
         result.verdict,

@@ -1,0 +1,5 @@
+fn fragment_of(ids: vec2<u32>, hit: Hit) -> Fragment {
+    var out: Fragment;
+    out.ids = ids.x;
+    return out;
+}

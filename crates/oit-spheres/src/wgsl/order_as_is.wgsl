@@ -1,0 +1,3 @@
+fn object_at(slot: u32) -> u32 {
+    return slot;
+}
