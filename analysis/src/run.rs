@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use oit_record::{Event, Record, Run};
+use oit_record::{Bandwidth, Event, Record, Run};
 
 use crate::AnalysisError;
 
@@ -20,6 +20,8 @@ pub struct RunInfo {
     pub finished: bool,
     /// `Counted` events: group, triangles, histogram of fragments a pixel.
     pub counted: Vec<(String, u64, Vec<u64>)>,
+    /// What the device's memory moves, where the experiment asks for work.
+    pub bandwidth: Option<Bandwidth>,
 }
 
 impl RunInfo {
@@ -47,12 +49,17 @@ impl RunInfo {
             }
             _ => None,
         });
+        let bandwidth = record.events.iter().find_map(|event| match event {
+            Event::Bandwidth { measured } => Some(*measured),
+            _ => None,
+        });
         Self {
             name: last_parts(&record.folder, parts),
             folder: record.folder.clone(),
             run: record.run.clone(),
             finished: record.finished(),
             counted: counted.collect(),
+            bandwidth,
         }
     }
 

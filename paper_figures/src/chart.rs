@@ -7,6 +7,7 @@ mod histogram;
 mod lines;
 mod pictures;
 mod ratio_bars;
+mod share_bars;
 mod stage_bars;
 mod table_image;
 
@@ -17,6 +18,7 @@ pub(crate) use histogram::{DepthHistogram, HistogramSeries};
 pub(crate) use lines::{Line, LinePanel, LinePoint, Lines, Scale};
 pub(crate) use pictures::{Picture, PictureRow, Pictures};
 pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};
+pub(crate) use share_bars::{ShareBar, ShareBars, SharePanel};
 pub(crate) use stage_bars::{StageBar, StageBars, StagePanel, stage_place};
 pub(crate) use table_image::TableImage;
 

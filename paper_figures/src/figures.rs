@@ -43,6 +43,7 @@ pub(crate) mod rbs_views;
 mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
+mod work;
 
 pub use compare::compare;
 pub use compare_page::{Page, compare_pages};
@@ -105,4 +106,5 @@ pub const FIGURES: &[&dyn Figure] = &[
     &lfb_overflow::LfbOverflow,
     &mechanism_registers::MechanismRegisters,
     &mechanism_occupancy::MechanismOccupancy,
+    &work::Work,
 ];

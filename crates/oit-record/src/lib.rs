@@ -6,9 +6,11 @@ mod program;
 mod schema;
 pub mod statistics;
 mod subject;
+mod work;
 
 pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
 pub use program::{Executable, Program, Statistic, StatisticValue};
 pub use schema::{Cell, Event, Host, Run, SCHEMA_VERSION, Verdict, Verification};
 pub use subject::{Conformance, Subject, SubjectPart};
+pub use work::{AttachmentBandwidth, Bandwidth, PassKind, PassWork, RasterCounts};

@@ -8,6 +8,7 @@ pub(crate) mod mechanism;
 pub(crate) mod peel;
 pub(crate) mod probe;
 pub(crate) mod rbs;
+pub(crate) mod work;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
