@@ -15,7 +15,7 @@ use crate::runner::{RunError, Setup, run_of};
 
 /// Bytes of each buffer, and of all attachments together: the first that the device allows. An NVIDIA
 /// H200 has 50 MiB of L2 cache.
-const SIZES_BYTES: [u64; 4] = [256 << 20, 128 << 20, 64 << 20, 32 << 20];
+pub const BANDWIDTH_BYTES: [u64; 4] = [256 << 20, 128 << 20, 64 << 20, 32 << 20];
 
 /// Attachments of 16 bytes a pixel: the first number that the device allows.
 const ATTACHMENTS: [u32; 3] = [4, 2, 1];
@@ -48,16 +48,18 @@ fn contents(i: u32) -> [u32; 4] {
     })
 }
 
-/// Measures what a device's memory moves. Plans that were prepared before are forgotten.
+/// Measures what a device's memory moves, with buffers of the first of some sizes that the device
+/// allows; they are multiples of 16, and [`BANDWIDTH_BYTES`] for what is recorded. Plans that were
+/// prepared before are forgotten.
 ///
 /// # Errors
 /// Where the device has no timestamps, lacks memory for the smallest buffers, fails, or does not write
 /// what it was told to.
-pub fn measure_bandwidth(device: &mut dyn Device) -> Result<Bandwidth, GpuError> {
-    measure(device, &SIZES_BYTES)
-}
-
-fn measure(device: &mut dyn Device, sizes_bytes: &[u64]) -> Result<Bandwidth, GpuError> {
+pub fn measure_bandwidth(
+    device: &mut dyn Device,
+    sizes_bytes: &[u64],
+) -> Result<Bandwidth, GpuError> {
+    device.reset();
     let measured = measure_all(device, sizes_bytes);
     device.reset();
     measured
@@ -291,7 +293,8 @@ pub fn probe_bandwidth(setup: &Setup, keep: bool) -> Result<Bandwidth, RunError>
     }
     let mut device =
         oit_gpu::open(&setup.device, &setup.cache).map_err(|error| failed(error.to_string()))?;
-    let measured = measure_bandwidth(&mut *device).map_err(|error| failed(error.to_string()))?;
+    let measured = measure_bandwidth(&mut *device, &BANDWIDTH_BYTES)
+        .map_err(|error| failed(error.to_string()))?;
     if keep {
         let run = run_of(setup, device.info(), "bandwidth-probe", "", 0, Vec::new());
         let mut writer = RunWriter::create(&setup.out, &run)?;
@@ -307,7 +310,7 @@ mod tests {
 
     #[test]
     fn the_plans_are_sound_and_every_byte_has_its_invocation() {
-        for bytes in SIZES_BYTES {
+        for bytes in BANDWIDTH_BYTES {
             let plan = copy_plan(bytes);
             plan.check().unwrap();
             let oit_gpu::Work::Compute { dispatch: Dispatch::Workgroups(groups), .. } =

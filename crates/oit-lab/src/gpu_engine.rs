@@ -10,7 +10,7 @@ use oit_image::Image;
 use oit_record::{Bandwidth, DeviceInfo, PassWork, Unsupported};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
-use crate::bandwidth::measure_bandwidth;
+use crate::bandwidth::{BANDWIDTH_BYTES, measure_bandwidth};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
@@ -388,6 +388,6 @@ impl Engine for GpuEngine {
     fn bandwidth(&mut self) -> Result<Bandwidth, CellError> {
         self.view = None;
         self.cuda.reset();
-        Ok(measure_bandwidth(&mut *self.device)?)
+        Ok(measure_bandwidth(&mut *self.device, &BANDWIDTH_BYTES)?)
     }
 }

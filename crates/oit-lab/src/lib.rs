@@ -29,7 +29,7 @@ mod worker;
 
 pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
-pub use bandwidth::{measure_bandwidth, probe_bandwidth};
+pub use bandwidth::{BANDWIDTH_BYTES, measure_bandwidth, probe_bandwidth};
 pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};
 pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
