@@ -45,8 +45,9 @@ struct Added {
 
 @fragment
 fn fs(in: Varyings) -> Added {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
-    let depth = ~depth_key(in.position.z);
+    let depth = ~depth_key(fragment_depth(in));
     let own = unpack4x8unorm(shade(in));
     var left = 65535u;
     for (var i = 0u; i < NODES; i += 1u) {

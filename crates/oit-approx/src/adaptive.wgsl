@@ -103,8 +103,9 @@ fn insert(pixel: u32, depth: u32, alpha: u32) {
 @fragment
 fn fs(in: Varyings, @builtin(sample_mask) mask: u32) -> @location(0) vec4<f32> {
     let alpha = shade(in) >> 24u;
-    if (mask != 0u && alpha != 0u) {
-        insert(pixel_index(in.position), ~depth_key(in.position.z), alpha);
+    if (mask != 0u && alpha != 0u && covered(in)) {
+        insert(pixel_index(in.position), ~depth_key(fragment_depth(in)), alpha);
     }
+    discard_uncovered(in);
     return vec4<f32>();
 }

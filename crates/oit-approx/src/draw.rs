@@ -37,7 +37,7 @@ pub(crate) fn scene(
     fragment_stage: &str,
     color: Vec<ColorAttachment>,
 ) -> Pass {
-    let shader = Shader::new(label, scene_wgsl(fragment_stage));
+    let shader = Shader::new(label, scene_wgsl(request.geometry, fragment_stage));
     Pass::raster(stage, Raster { color, ..Raster::new(shader, request.geometry.draw()) })
 }
 

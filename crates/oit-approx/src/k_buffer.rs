@@ -48,7 +48,8 @@ fn keep(pixel: u32, fragment: vec2<u32>) {
 const DROP: &str = "
 @fragment
 fn fs(in: Varyings) -> @location(0) vec4<f32> {
-    keep(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+    discard_uncovered(in);
+    keep(pixel_index(in.position), vec2<u32>(shade(in), depth_key(fragment_depth(in))));
     return vec4<f32>();
 }
 ";
@@ -61,8 +62,9 @@ struct Sums {
 
 @fragment
 fn fs(in: Varyings) -> Sums {
+    discard_uncovered(in);
     let rgba = shade(in);
-    keep(pixel_index(in.position), vec2<u32>(rgba, depth_key(in.position.z)));
+    keep(pixel_index(in.position), vec2<u32>(rgba, depth_key(fragment_depth(in))));
     let own = unpack4x8unorm(rgba);
     return Sums(vec4<f32>(own.rgb * own.a, own.a), own.a);
 }

@@ -48,26 +48,28 @@ const OPAQUE: f32 = 10.0;
 const BOUND: &str = "
 @fragment
 fn fs(in: Varyings) -> @location(0) vec2<f32> {
-    return vec2<f32>(-in.position.z, in.position.z);
+    discard_uncovered(in);
+    let depth = fragment_depth(in);
+    return vec2<f32>(-depth, depth);
 }
 ";
 
 const WINDOW: &str = "
-fn depth_of(position: vec4<f32>) -> f32 {
-    return 2.0 * position.z - 1.0;
+fn depth_of(in: Varyings) -> f32 {
+    return 2.0 * fragment_depth(in) - 1.0;
 }
 ";
 
 const BOUNDED: &str = "
 @group(0) @binding(4) var bounds: texture_2d<f32>;
 
-fn depth_of(position: vec4<f32>) -> f32 {
-    let ends = textureLoad(bounds, vec2<i32>(position.xy), 0);
+fn depth_of(in: Varyings) -> f32 {
+    let ends = textureLoad(bounds, vec2<i32>(in.position.xy), 0);
     let length = ends.x + ends.y;
     if (length <= 0.0) {
         return 0.0;
     }
-    return 2.0 * ((position.z + ends.x) / length) - 1.0;
+    return 2.0 * ((fragment_depth(in) + ends.x) / length) - 1.0;
 }
 ";
 
@@ -84,13 +86,14 @@ fn powers(absorbance: f32, depth: f32) -> array<f32, 2 * ROOTS + 1> {
 
 @fragment
 fn fs(in: Varyings) -> Added {
+    discard_uncovered(in);
     let alpha = unpack4x8unorm(shade(in)).a;
     // No alpha of eight bits but 255 is that near to 1.
     var absorbance = OPAQUE;
     if (alpha < 1.0) {
         absorbance = -log(1.0 - alpha);
     }
-    var b = powers(absorbance, depth_of(in.position));
+    var b = powers(absorbance, depth_of(in));
     return Added(ADDED);
 }
 ";
@@ -102,6 +105,7 @@ HIGH
 
 @fragment
 fn fs(in: Varyings) -> @location(0) vec4<f32> {
+    discard_uncovered(in);
     let own = unpack4x8unorm(shade(in));
     let at = vec2<i32>(in.position.xy);
     let all = textureLoad(absorbance, at, 0).x;
@@ -115,7 +119,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     for (var k = 1; k <= 2 * ROOTS; k += 1) {
         b[k] = b[k] / all * (1.0 - BIAS) + bias[k] * BIAS;
     }
-    let seen = reconstructed(all, b, depth_of(in.position));
+    let seen = reconstructed(all, b, depth_of(in));
     return vec4<f32>(own.rgb, 1.0) * (own.a * seen);
 }
 ";

@@ -80,9 +80,10 @@ fn insert(pixel: u32, fragment: vec2<u32>) {
 // of the loop.
 @fragment
 fn fs(in: Varyings, @builtin(sample_mask) mask: u32) -> @location(0) vec4<f32> {
-    if (mask != 0u) {
-        insert(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+    if (mask != 0u && covered(in)) {
+        insert(pixel_index(in.position), vec2<u32>(shade(in), depth_key(fragment_depth(in))));
     }
+    discard_uncovered(in);
     return vec4<f32>();
 }
 ";

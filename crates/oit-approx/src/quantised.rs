@@ -35,7 +35,8 @@ fn kept_color(rgba: u32) -> u32 {
 
 @fragment
 fn fs(in: Varyings) -> @location(0) vec4<f32> {
-    let kept = vec2<u32>(kept_color(shade(in)), kept_depth(in.position.z));
+    discard_uncovered(in);
+    let kept = vec2<u32>(kept_color(shade(in)), kept_depth(fragment_depth(in)));
     keep(pixel_index(in.position), kept);
     return vec4<f32>();
 }

@@ -33,8 +33,9 @@ fn scrambled(x: u32) -> u32 {
 
 @fragment
 fn fs(in: Varyings) -> @location(0) vec4<f32> {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
-    let key = depth_key(in.position.z);
+    let key = depth_key(fragment_depth(in));
     let rgba = shade(in);
     let seed = scrambled(scrambled(scrambled(pixel) ^ key) ^ rgba);
     let alpha = f32(rgba >> 24u) / 255.0;
@@ -58,8 +59,9 @@ struct Added {
 
 @fragment
 fn fs(in: Varyings) -> Added {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
-    let key = depth_key(in.position.z);
+    let key = depth_key(fragment_depth(in));
     let own = unpack4x8unorm(shade(in));
     var before = 0u;
     for (var i = 0u; i < SAMPLESu; i += 1u) {

@@ -22,8 +22,9 @@ struct Added {
 
 @fragment
 fn fs(in: Varyings) -> Added {
+    discard_uncovered(in);
     let own = unpack4x8unorm(shade(in));
-    let nearness = 1.0 - in.position.z;
+    let nearness = 1.0 - fragment_depth(in);
     let weight = own.a * max(0.01, 3000.0 * nearness * nearness * nearness);
     return Added(vec4<f32>(own.rgb * own.a, own.a) * weight, own.a);
 }

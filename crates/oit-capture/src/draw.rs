@@ -10,6 +10,7 @@ use crate::{CaptureRequest, Geometry};
 
 pub(crate) const FRAME: &str = include_str!("wgsl/frame.wgsl");
 pub(crate) const SCENE: &str = include_str!("wgsl/scene.wgsl");
+pub(crate) const POSITIONS: &str = include_str!("wgsl/positions.wgsl");
 const COUNT: &str = include_str!("wgsl/count.wgsl");
 const COUNT_BY_BLENDING: &str = include_str!("wgsl/count_by_blending.wgsl");
 const COPY_COUNTED: &str = include_str!("wgsl/copy_counted.wgsl");
@@ -64,17 +65,17 @@ pub(crate) fn coverage(request: &CaptureRequest) -> Target {
     }
 }
 
-/// Draws positions alone and adds each fragment to its pixel's `u32` in a buffer.
+/// Shades nothing and adds each fragment to its pixel's `u32` in a buffer.
 pub(crate) fn count_pass(request: &CaptureRequest, counts: &str) -> Pass {
-    let wgsl = [FRAME, &COUNT.replace("COUNTS", counts)].concat();
+    let wgsl = request.geometry.positions_wgsl() + &COUNT.replace("COUNTS", counts);
     let shader = Shader::new(format!("count: fragments into {counts}"), wgsl);
     pass("count", shader, request.geometry.draw_positions(), None)
 }
 
-/// Draws positions alone and adds 1 for each fragment to its pixel of a target of [`counted`], which
+/// Shades nothing and adds 1 for each fragment to its pixel of a target of [`counted`], which
 /// is cleared first. Floats are whole numbers up to [`MOST_BLENDED`].
 pub(crate) fn count_by_blending(request: &CaptureRequest) -> Pass {
-    let wgsl = [FRAME, COUNT_BY_BLENDING].concat();
+    let wgsl = request.geometry.positions_wgsl() + COUNT_BY_BLENDING;
     let shader = Shader::new(format!("count: fragments into {COUNTED} by blending"), wgsl);
     let color = ColorAttachment {
         target: COUNTED.into(),
@@ -111,13 +112,14 @@ pub(crate) fn copy_counted(request: &CaptureRequest, counts: &str, words: u64) -
 
 /// Draws the scene; `fs` is the WGSL of the fragment stage and the buffers it fills.
 pub(crate) fn capture_pass(request: &CaptureRequest, label: &str, fs: &[&str]) -> Pass {
-    let wgsl = [FRAME, SCENE, &fs.concat()].concat();
+    let wgsl = request.geometry.scene_wgsl() + &fs.concat();
     let shader = Shader::new(format!("capture: {label}"), wgsl);
     pass("capture", shader, request.geometry.draw(), request.mark.cloned())
 }
 
-/// A drawing pass that writes buffers alone. No depth or stencil test rejects anything, so no fragment is rejected after its shader ran: what
-/// lies before the near or behind the far plane is clipped, in every pass alike.
+/// A drawing pass that writes buffers alone. No depth or stencil test rejects anything, so no fragment
+/// is rejected after its shader ran: what lies before the near or behind the far plane is clipped, in
+/// every pass alike; of spheres, discarded.
 pub(crate) fn pass(
     stage: &'static str,
     shader: Shader,

@@ -59,13 +59,18 @@ impl Frame {
 
     /// The colour of a fragment as `pack4x8unorm` packs it: `shade` in `scene.wgsl`.
     pub(crate) fn shade(&self, world: Vec3, normal: Vec3, rgba: Vec4) -> u32 {
+        self.lit(world.dot(self.stripes), normal, self.light, rgba)
+    }
+
+    /// The same with the product of direction of the stripes and position, and with a light for this
+    /// normal's space.
+    pub(crate) fn lit(&self, along: f32, normal: Vec3, light: Vec3, rgba: Vec4) -> u32 {
         let rgba = if self.striped != 0 {
-            let along = world.dot(self.stripes);
             if along - along.floor() < 0.5 { self.stripe_rgba } else { rgba }
         } else {
             rgba
         };
-        let cosine = normal.dot(self.light).abs() / normal.length().max(1e-20);
+        let cosine = normal.dot(light).abs() / normal.length().max(1e-20);
         let light = self.ambient + (1.0 - self.ambient) * cosine;
         let lit = (rgba.truncate() * light).extend(rgba.w);
         let bytes = lit.to_array().map(|channel| (channel * 255.0 + 0.5) as u8);

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use oit_fragments::Fragment;
 use oit_gpu::{Buffer, Draw, GpuError, VertexAttribute, VertexFormat, VertexLayout};
-use oit_scene::{Camera, Mesh, Shading, Vertex};
+use oit_scene::{Camera, Mesh, Scene, Shading, Vertex};
 
-use crate::draw::pool_slots;
-use crate::{CaptureError, Frame};
+use crate::draw::{FRAME, POSITIONS, SCENE, pool_slots};
+use crate::{CaptureError, Frame, PlacedSpheres, TooManySpheres};
 
 /// A mesh as bytes for a device: made once, shared by all its views.
 #[derive(Clone, Debug)]
@@ -23,14 +23,19 @@ pub struct MeshBytes {
 /// One view of a scene, ready for a device.
 #[derive(Clone, Debug)]
 pub struct Geometry {
-    /// `oit_scene::Vertex`es.
-    pub vertices: Arc<[u8]>,
-    /// `u32` indices, three a triangle.
-    pub indices: Arc<[u8]>,
-    /// How many indices.
-    pub index_count: u32,
+    /// What is drawn.
+    pub drawn: Drawn,
     /// The uniform `frame`: camera and shading, the bytes of a [`Frame`].
     pub frame: Arc<[u8]>,
+}
+
+/// What a view of a scene draws.
+#[derive(Clone, Debug)]
+pub enum Drawn {
+    /// Triangles.
+    Mesh(MeshBytes),
+    /// Spheres, each as a rectangle whose fragments a shader chooses.
+    Spheres(PlacedSpheres),
 }
 
 impl MeshBytes {
@@ -54,11 +59,22 @@ impl MeshBytes {
         height_px: u32,
     ) -> Geometry {
         let frame = Frame::new(shading, camera, width_px, height_px);
-        Geometry {
-            vertices: self.vertices.clone(),
-            indices: self.indices.clone(),
-            index_count: self.index_count,
-            frame: bytemuck::bytes_of(&frame).into(),
+        Geometry { drawn: Drawn::Mesh(self.clone()), frame: bytemuck::bytes_of(&frame).into() }
+    }
+
+    /// Draws every triangle with these attributes of its vertices, at locations from 0 on.
+    fn draw(&self, attributes: &[(VertexFormat, usize)]) -> Draw {
+        let attribute = |(location, &(format, offset)): (usize, &(VertexFormat, usize))| {
+            VertexAttribute { location: location as u32, format, offset_bytes: offset as u32 }
+        };
+        Draw::Indexed {
+            vertices: "vertices".into(),
+            layout: VertexLayout {
+                stride_bytes: size_of::<Vertex>() as u32,
+                attributes: attributes.iter().enumerate().map(attribute).collect(),
+            },
+            indices: "indices".into(),
+            count: self.index_count,
         }
     }
 }
@@ -76,45 +92,94 @@ impl Geometry {
         MeshBytes::new(mesh).view(shading, camera, width_px, height_px)
     }
 
-    /// The buffers `frame`, `vertices` and `indices`.
+    /// One view of a scene, of triangles or of spheres.
+    ///
+    /// # Errors
+    /// [`TooManySpheres`].
+    pub fn of_scene(
+        scene: &Scene,
+        camera: &Camera,
+        width_px: u32,
+        height_px: u32,
+    ) -> Result<Self, TooManySpheres> {
+        let shading = &scene.shading;
+        let Some(spheres) = &scene.spheres else {
+            return Ok(Self::new(&scene.mesh, shading, camera, width_px, height_px));
+        };
+        let placed = PlacedSpheres::new(spheres, shading, camera, width_px, height_px)?;
+        Ok(Self::of_spheres(placed))
+    }
+
+    /// One view of spheres.
+    #[must_use]
+    pub fn of_spheres(spheres: PlacedSpheres) -> Self {
+        let frame = bytemuck::bytes_of(&spheres.frame).into();
+        Self { drawn: Drawn::Spheres(spheres), frame }
+    }
+
+    /// The buffer `frame` and those of what is drawn: `vertices` and `indices`, or `sphere_view`,
+    /// `spheres` and `sphere_rgba`.
     #[must_use]
     pub fn buffers(&self) -> Vec<Buffer> {
-        vec![
-            Buffer::data("frame", self.frame.clone()),
-            Buffer::data("vertices", self.vertices.clone()),
-            Buffer::data("indices", self.indices.clone()),
-        ]
+        let mut buffers = vec![Buffer::data("frame", self.frame.clone())];
+        match &self.drawn {
+            Drawn::Mesh(mesh) => buffers.extend([
+                Buffer::data("vertices", mesh.vertices.clone()),
+                Buffer::data("indices", mesh.indices.clone()),
+            ]),
+            Drawn::Spheres(spheres) => buffers.extend(spheres.buffers()),
+        }
+        buffers
     }
 
-    /// Draws every triangle, with all that a vertex carries: position, normal and colour at
-    /// locations 0 to 2.
+    /// Draws everything, with all that [`crate::scene_wgsl`] reads: of triangles position, normal and
+    /// colour at locations 0 to 2; of spheres no vertex buffer.
     #[must_use]
     pub fn draw(&self) -> Draw {
-        self.draw_attributes(&[
-            (VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position)),
-            (VertexFormat::Float32x3, std::mem::offset_of!(Vertex, normal)),
-            (VertexFormat::Unorm8x4, std::mem::offset_of!(Vertex, rgba)),
-        ])
+        match &self.drawn {
+            Drawn::Mesh(mesh) => mesh.draw(&[
+                (VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position)),
+                (VertexFormat::Float32x3, std::mem::offset_of!(Vertex, normal)),
+                (VertexFormat::Unorm8x4, std::mem::offset_of!(Vertex, rgba)),
+            ]),
+            Drawn::Spheres(spheres) => spheres.draw(),
+        }
     }
 
-    /// Draws every triangle with positions alone, at location 0.
+    /// Draws everything for a program that shades nothing: of triangles positions alone, at location 0.
     #[must_use]
     pub fn draw_positions(&self) -> Draw {
-        self.draw_attributes(&[(VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position))])
+        match &self.drawn {
+            Drawn::Mesh(mesh) => {
+                mesh.draw(&[(VertexFormat::Float32x3, std::mem::offset_of!(Vertex, position))])
+            }
+            Drawn::Spheres(spheres) => spheres.draw(),
+        }
     }
 
-    fn draw_attributes(&self, attributes: &[(VertexFormat, usize)]) -> Draw {
-        let attribute = |(location, &(format, offset)): (usize, &(VertexFormat, usize))| {
-            VertexAttribute { location: location as u32, format, offset_bytes: offset as u32 }
-        };
-        Draw::Indexed {
-            vertices: "vertices".into(),
-            layout: VertexLayout {
-                stride_bytes: size_of::<Vertex>() as u32,
-                attributes: attributes.iter().enumerate().map(attribute).collect(),
-            },
-            indices: "indices".into(),
-            count: self.index_count,
+    /// How many triangles are drawn; of a sphere two.
+    #[must_use]
+    pub fn triangles(&self) -> u64 {
+        match &self.drawn {
+            Drawn::Mesh(mesh) => u64::from(mesh.index_count) / 3,
+            Drawn::Spheres(spheres) => 2 * u64::from(spheres.count()),
+        }
+    }
+
+    /// WGSL of all before a fragment stage that shades; goes with [`Geometry::draw`].
+    pub(crate) fn scene_wgsl(&self) -> String {
+        match &self.drawn {
+            Drawn::Mesh(_) => [FRAME, SCENE].concat(),
+            Drawn::Spheres(spheres) => spheres.wgsl(),
+        }
+    }
+
+    /// WGSL of all before a fragment stage that shades nothing; goes with
+    /// [`Geometry::draw_positions`].
+    pub(crate) fn positions_wgsl(&self) -> String {
+        match &self.drawn {
+            Drawn::Mesh(_) => [FRAME, POSITIONS].concat(),
+            Drawn::Spheres(spheres) => spheres.wgsl(),
         }
     }
 }

@@ -8,6 +8,7 @@ mod geometry;
 mod method;
 mod raster;
 mod scan;
+mod spheres;
 
 pub use capture::{Capture, CaptureError, CapturePasses, CaptureRequest, Demand, Lists, Usage};
 pub use captures::{
@@ -16,7 +17,8 @@ pub use captures::{
 };
 pub use draw::count_plan;
 pub use frame::Frame;
-pub use geometry::{Geometry, LfbReader, MeshBytes};
+pub use geometry::{Drawn, Geometry, LfbReader, MeshBytes};
 pub(crate) use geometry::{fragments_buffer, words_buffer};
 pub use method::{Accuracy, Method, MethodRequest, PICTURE, Size, scene_wgsl};
-pub use raster::{rasterize, rasterize_counts};
+pub use raster::{rasterize, rasterize_counts, rasterize_sphere_counts, rasterize_spheres};
+pub use spheres::{MOST_SPHERES, PlacedSphere, PlacedSpheres, SphereView, TooManySpheres};

@@ -6,7 +6,6 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::Plan;
 
 use crate::Geometry;
-use crate::draw::{FRAME, SCENE};
 
 /// A technique that is one whole: it draws the scene in passes of its own and composites as it goes,
 /// without a layered fragment buffer that a resolve would read. Peeling and most approximate
@@ -80,11 +79,17 @@ pub enum Accuracy {
     Approximate(String),
 }
 
-/// WGSL that draws the scene: the entry point `vs`, `Varyings`, `shade(in: Varyings) -> u32` (RGBA8,
-/// not premultiplied), `depth_key(depth: f32) -> u32` and `pixel_index(position: vec4<f32>) -> u32`,
-/// and then the fragment stage. Goes with [`Geometry::draw`] and its buffers; it takes
-/// `@group(0) @binding(0)`.
+/// WGSL that draws the scene: the entry point `vs` and `Varyings`, and for the fragment stage
+/// `shade(in: Varyings) -> u32` (RGBA8, not premultiplied), `fragment_depth(in: Varyings) -> f32`,
+/// `depth_key(depth: f32) -> u32`, `pixel_index(position: vec4<f32>) -> u32`,
+/// `covered(in: Varyings) -> bool` and `discard_uncovered(in: Varyings)`; and then the fragment stage.
+///
+/// A fragment stage may do nothing for what is not covered, and has to end it by `discard_uncovered`:
+/// where spheres are drawn the rasteriser also covers what lies beside them. Of triangles everything is
+/// covered, and these functions are empty.
+///
+/// Goes with [`Geometry::draw`] and its buffers; it takes `@group(0)`, the bindings 0 and 16 to 18.
 #[must_use]
-pub fn scene_wgsl(fragment_stage: &str) -> String {
-    [FRAME, SCENE, fragment_stage].concat()
+pub fn scene_wgsl(geometry: &Geometry, fragment_stage: &str) -> String {
+    geometry.scene_wgsl() + fragment_stage
 }

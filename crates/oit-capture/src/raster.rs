@@ -6,6 +6,7 @@
 //! are always in submission order.
 
 mod clip;
+mod spheres;
 mod triangle;
 
 use glam::{Vec3, Vec4};
@@ -14,6 +15,8 @@ use oit_scene::{Camera, Mesh, Shading, Vertex};
 use rayon::prelude::*;
 
 use crate::Frame;
+pub use spheres::{rasterize_sphere_counts, rasterize_spheres};
+
 use clip::{ALL_OUT, NEEDS_CLIP, View};
 use triangle::Triangle;
 
@@ -46,8 +49,31 @@ pub fn rasterize(
 ) -> Lfb {
     let frame = Frame::new(shading, camera, width_px, height_px);
     let chunks = set_up(mesh, &frame);
-    let mut counts = count(&chunks, &frame);
+    let counts = count(&chunks, &frame);
+    fill(&frame, counts, |band, cursors, fragments| {
+        let first_row = band as u32 * BAND_ROWS;
+        for triangle in triangles(&chunks, band) {
+            let source = &mesh.indices[3 * triangle.source as usize..][..3];
+            let corners = [0, 1, 2].map(|i| &mesh.vertices[source[i] as usize]);
+            for row in triangle.rows(first_row, BAND_ROWS) {
+                let pixels = &mut cursors[((row - first_row) * width_px) as usize..];
+                for x in triangle.span(row) {
+                    let cursor = &mut pixels[x as usize];
+                    fragments[*cursor as usize] = shade(&frame, triangle, corners, x, row);
+                    *cursor += 1;
+                }
+            }
+        }
+    })
+}
 
+/// Fragments of which it is known how many each pixel has. Of each band `draw` gets the place of the
+/// next fragment of each of its pixels, which it moves on, and the band's fragments.
+fn fill(
+    frame: &Frame,
+    mut counts: Vec<u32>,
+    draw: impl Fn(usize, &mut [u32], &mut [Fragment]) + Sync,
+) -> Lfb {
     let mut offsets = Vec::with_capacity(counts.len() + 1);
     let mut total = 0;
     offsets.push(0);
@@ -57,7 +83,7 @@ pub fn rasterize(
     }));
     let mut fragments = vec![Fragment::default(); total];
 
-    let band_pixels = width_px as usize * BAND_ROWS as usize;
+    let band_pixels = frame.width_px as usize * BAND_ROWS as usize;
     let mut bands = Vec::new();
     let mut rest = fragments.as_mut_slice();
     for (band, counts) in counts.chunks_mut(band_pixels.max(1)).enumerate() {
@@ -72,21 +98,10 @@ pub fn rasterize(
         for cursor in cursors.iter_mut() {
             start += std::mem::replace(cursor, start);
         }
-        let first_row = band as u32 * BAND_ROWS;
-        for triangle in triangles(&chunks, band) {
-            let source = &mesh.indices[3 * triangle.source as usize..][..3];
-            let corners = [0, 1, 2].map(|i| &mesh.vertices[source[i] as usize]);
-            for row in triangle.rows(first_row, BAND_ROWS) {
-                let pixels = &mut cursors[((row - first_row) * width_px) as usize..];
-                for x in triangle.span(row) {
-                    let cursor = &mut pixels[x as usize];
-                    fragments[*cursor as usize] = shade(&frame, triangle, corners, x, row);
-                    *cursor += 1;
-                }
-            }
-        }
+        draw(band, cursors, fragments);
     });
-    Lfb::new(width_px, height_px, offsets, fragments).expect("offsets are sums of counts")
+    Lfb::new(frame.width_px, frame.height_px, offsets, fragments)
+        .expect("offsets are sums of counts")
 }
 
 /// How many fragments each pixel has, row by row: the counts of [`rasterize`], without shading.

@@ -8,6 +8,8 @@ mod contended;
 mod early_tests;
 #[path = "gpu/readers.rs"]
 mod readers;
+#[path = "gpu/spheres.rs"]
+mod spheres;
 mod support;
 
 use std::collections::BTreeMap;

@@ -154,6 +154,10 @@ pub(crate) const DRAW_STRIDE_BYTES: u32 = 16;
 /// of a function may hold anything before it is written (see the vulkan backend's `arrays`). A line
 /// `enable NAME;` may stand anywhere, not only at the top, so that a source can be put together from
 /// several texts. What a shader needs of a device is found from its code, whatever it enables.
+///
+/// A shader with `const EXACT_ARITHMETIC = true;` is to round after every single operation, so that
+/// what several programs compute by the same expressions is the same: on `vulkan` no sum and product
+/// become one operation. `wgpu` has no means to ask for it.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Shader {
     /// What it is, for messages and listings.

@@ -26,6 +26,9 @@ pub struct Reflection {
     pub fs: Option<Fs>,
     /// The stages in GLSL that take the place of `vs`, in order.
     pub(crate) stages: Vec<spirv::Compiled>,
+    /// Whether no product and sum may become one operation: whether the module has a constant
+    /// `EXACT_ARITHMETIC` that is true.
+    pub exact_arithmetic: bool,
     pub(crate) module: Module,
     pub(crate) info: ModuleInfo,
 }
@@ -178,6 +181,7 @@ impl Reflection {
             vs: None,
             fs: None,
             stages: Vec::new(),
+            exact_arithmetic: is_exact(&module),
             module,
             info,
         };
@@ -415,6 +419,17 @@ impl Reflection {
     }
 }
 
+/// Whether a module asks for exact arithmetic.
+fn is_exact(module: &Module) -> bool {
+    module.constants.iter().any(|(_, constant)| {
+        constant.name.as_deref() == Some("EXACT_ARITHMETIC")
+            && matches!(
+                module.global_expressions[constant.init],
+                naga::Expression::Literal(naga::Literal::Bool(true))
+            )
+    })
+}
+
 /// Whether a vertex attribute of this format is read as floats, else as `u32`.
 pub(crate) fn is_float(format: VertexFormat) -> bool {
     match format {
@@ -609,6 +624,19 @@ mod tests {
         for bad in ["0u", "12u", "8i", "8.0f"] {
             let message = seen(&format!("const SUBGROUP_AT_LEAST = {bad};")).expect_err(bad);
             assert!(message.contains("`SUBGROUP_AT_LEAST` must be a power of two"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_constant_asks_for_exact_arithmetic() {
+        let main = "@compute @workgroup_size(64) fn main() {}";
+        for (constant, exact) in [
+            ("", false),
+            ("const EXACT_ARITHMETIC = true;", true),
+            ("const EXACT_ARITHMETIC = false;", false),
+        ] {
+            let shader = Shader::new("s", format!("{constant}\n{main}"));
+            assert_eq!(Reflection::new(&shader).expect("valid").exact_arithmetic, exact);
         }
     }
 

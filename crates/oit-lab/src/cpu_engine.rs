@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use oit_capture::{Capture, rasterize, rasterize_counts};
+use oit_capture::{
+    Capture, Drawn, rasterize, rasterize_counts, rasterize_sphere_counts, rasterize_spheres,
+};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Part, Timing};
 use oit_image::Image;
@@ -133,9 +135,12 @@ fn ns(started: Instant) -> u64 {
 fn submitted(view: &ViewData) -> Lfb {
     let FrameSize { width_px, height_px } = view.size;
     match &view.source {
-        Source::Scene(scene) => {
-            rasterize(&scene.mesh, &scene.shading, &scene.camera, width_px, height_px)
-        }
+        Source::Scene(scene) => match &scene.geometry.drawn {
+            Drawn::Mesh(_) => {
+                rasterize(&scene.mesh, &scene.shading, &scene.camera, width_px, height_px)
+            }
+            Drawn::Spheres(spheres) => rasterize_spheres(spheres),
+        },
         Source::Stored(lfb) => (**lfb).clone(),
     }
 }
@@ -144,7 +149,10 @@ fn submitted(view: &ViewData) -> Lfb {
 fn counts(view: &ViewData) -> Vec<u32> {
     let FrameSize { width_px, height_px } = view.size;
     match &view.source {
-        Source::Scene(scene) => rasterize_counts(&scene.mesh, &scene.camera, width_px, height_px),
+        Source::Scene(scene) => match &scene.geometry.drawn {
+            Drawn::Mesh(_) => rasterize_counts(&scene.mesh, &scene.camera, width_px, height_px),
+            Drawn::Spheres(spheres) => rasterize_sphere_counts(spheres),
+        },
         Source::Stored(lfb) => lfb.counts().collect(),
     }
 }

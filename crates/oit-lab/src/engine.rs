@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use oit_capture::{Geometry, MeshBytes};
+use oit_capture::{Geometry, TooManySpheres};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
@@ -58,6 +58,17 @@ impl FrameSize {
     }
 }
 
+/// Why there is no such view.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The scene has none of that name.
+    #[error(transparent)]
+    Scene(#[from] oit_scene::SceneError),
+    /// It has more spheres than are drawn transparent.
+    #[error(transparent)]
+    Spheres(#[from] TooManySpheres),
+}
+
 /// One view at one resolution: what cells of a group share.
 #[derive(Clone, Debug)]
 pub struct ViewData {
@@ -76,16 +87,16 @@ pub enum Source {
     Stored(Arc<Lfb>),
 }
 
-/// A mesh as one camera sees it.
+/// A mesh or spheres as one camera sees them.
 #[derive(Clone, Debug)]
 pub struct SceneView {
-    /// The mesh.
+    /// The mesh; empty where spheres are seen.
     pub mesh: Arc<Mesh>,
     /// Its light and stripes.
     pub shading: Shading,
     /// The camera.
     pub camera: Camera,
-    /// The same as bytes for a device.
+    /// The same as bytes for a device; spheres are here alone.
     pub geometry: Geometry,
 }
 
@@ -93,11 +104,10 @@ impl ViewData {
     /// A view of a scene.
     ///
     /// # Errors
-    /// Where the scene has no such view.
-    pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, oit_scene::SceneError> {
+    /// Where the scene has no such view, or it has too many spheres.
+    pub fn new(scene: &Scene, view: &str, size: FrameSize) -> Result<Self, ViewError> {
         let camera = scene.view(view)?.camera;
-        let bytes = MeshBytes::new(&scene.mesh);
-        let geometry = bytes.view(&scene.shading, &camera, size.width_px, size.height_px);
+        let geometry = Geometry::of_scene(scene, &camera, size.width_px, size.height_px)?;
         let (mesh, shading) = (scene.mesh.clone(), scene.shading);
         Ok(Self { source: Source::Scene(SceneView { mesh, shading, camera, geometry }), size })
     }
@@ -109,11 +119,11 @@ impl ViewData {
         Self { source: Source::Stored(Arc::new(lfb)), size }
     }
 
-    /// Triangles that are drawn.
+    /// Triangles that are drawn; of a sphere two.
     #[must_use]
     pub fn triangles(&self) -> u64 {
         match &self.source {
-            Source::Scene(scene) => scene.mesh.triangle_count() as u64,
+            Source::Scene(scene) => scene.geometry.triangles(),
             Source::Stored(_) => 0,
         }
     }

@@ -35,7 +35,7 @@ pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
 pub use engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, SceneView, Source, ViewData,
-    open_engine,
+    ViewError, open_engine,
 };
 pub use experiment::{
     Experiment, ExperimentError, Overrides, PathProfile, PlannedCell, Profile, ProfileName,

@@ -74,5 +74,6 @@ pub fn stored_entry(path: &Path) -> SceneEntry {
         views: vec![STORED_VIEW.into()],
         paths: Vec::new(),
         asset: Asset::None,
+        spheres: false,
     }
 }

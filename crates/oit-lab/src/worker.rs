@@ -10,7 +10,9 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_record::{Bandwidth, DeviceInfo, PassWork, Program, Verdict, Verification};
 use serde::{Deserialize, Serialize};
 
-use crate::engine::{CellError, Engine, FrameSize, Preparation, Ready, ViewData, open_engine};
+use crate::engine::{
+    CellError, Engine, FrameSize, Preparation, Ready, ViewData, ViewError, open_engine,
+};
 use crate::experiment::Overrides;
 use crate::kept;
 use crate::stored::{is_stored, load_stored};
@@ -279,7 +281,10 @@ impl Worker {
             self.scene = Some((key.clone(), scene));
         }
         let (_, scene) = self.scene.as_ref().expect("loaded above");
-        ViewData::new(scene, view, size).map_err(|error| failed(&error))
+        ViewData::new(scene, view, size).map_err(|error| match error {
+            ViewError::Spheres(_) => CellError::Unsupported(error.to_string()),
+            ViewError::Scene(_) => failed(&error),
+        })
     }
 
     fn view(

@@ -11,7 +11,9 @@ use oit_lab::{
     Source, Stage, Technique, Verifier, ViewData, methods, open_engine, parse_method,
 };
 use oit_record::{Verdict, Verification};
-use oit_scene::{Camera, Mesh, Projection, Scene, shuffle_triangles};
+use oit_scene::{
+    Atom, Camera, Level, Mesh, Object, Projection, Scene, Spheres, SplitMix64, shuffle_triangles,
+};
 use oit_sort::{STRATEGIES, SortChoice, SortSpec, SortStrategy, store_name};
 
 /// Small, and no multiple of a workgroup or a tile.
@@ -45,6 +47,33 @@ fn stack(count: u32, size: FrameSize) -> ViewData {
     let projection = Projection::Orthographic { height: 2.0, near: 0.0, far: 8.0 };
     let camera = Camera { projection, ..scene.views[0].camera };
     scene.views[0].camera = camera;
+    let view = scene.views[0].name.clone();
+    ViewData::new(&scene, &view, size).expect("its view")
+}
+
+/// A cloud of spheres that overlap, are cut off by the near plane, or lie beside the picture or behind
+/// the camera; no two of one colour.
+fn spheres(size: FrameSize) -> ViewData {
+    let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
+    let overrides = "alpha = 0.3\ncount = 1".parse::<toml::Table>().expect("TOML");
+    let scene = oit_scene::load(&path.join("sphere_stack.toml"), &overrides.into_iter().collect());
+    let mut scene: Scene = scene.expect("a scene of this repository");
+    let mut random = SplitMix64::new(5);
+    let mut cloud = Spheres::clone(scene.spheres.as_ref().expect("a scene of spheres"));
+    let (object, first) = (cloud.objects[0], cloud.atoms.len() as u32);
+    for atom in 0..400u32 {
+        let center = [0; 3].map(|_| random.between(-2.0, 2.0));
+        let radius = if atom % 9 == 0 { 0.8 } else { random.between(0.02, 0.2) };
+        cloud.atoms.push(Atom { center, radius });
+        cloud.atom_rgba.push([atom as u8, (atom >> 8) as u8, random.below(256) as u8, 100]);
+    }
+    cloud.levels = vec![Level { first_atom: first, atoms: 400, from_distance: 0.0 }];
+    (cloud.kinds[0].first_level, cloud.kinds[0].levels) = (0, 1);
+    cloud.objects = vec![Object { kind: 0, position: [0.0; 3], rgba: [255; 4], ..object }];
+    scene.spheres = Some(cloud.into());
+    let projection = Projection::Perspective { fov_y_degrees: 60.0, near: 0.5, far: 4.0 };
+    scene.views[0].camera =
+        Camera { eye: [0.2, 0.1, 1.8], target: [0.0; 3], up: [0.0, 1.0, 0.0], projection };
     let view = scene.views[0].name.clone();
     ViewData::new(&scene, &view, size).expect("its view")
 }
@@ -132,6 +161,55 @@ fn every_technique_is_exact_whatever_the_order_of_submission() {
         }
         println!("{id}: {ran} cells");
         assert!(ran > 40, "{id} ran {ran} cells");
+    }
+}
+
+/// Spheres in place of triangles: every capture under every schedule, every sort, and every method.
+#[test]
+fn spheres_go_through_every_technique() {
+    for id in devices() {
+        let cache = support::cache();
+        let mut engine = open_engine(&id, cache.path()).expect("a listed device opens");
+        let histogram = engine.open_view(spheres(SIZE)).expect("the view opens");
+        assert!(histogram.peak() > 8, "{histogram:?}");
+        let mut verifier = Verifier::new(&mut *engine).expect("the reference is captured");
+        let techniques = all_techniques().into_iter().filter(|technique| {
+            let sort = technique.sort.to_string();
+            technique.ties == Ties::Total
+                && (sort == "insertion" || technique.schedule == Schedule::Base)
+        });
+        let mut captures = Vec::new();
+        for technique in techniques {
+            let named = technique.clone().into();
+            let Some(result) = verify(&mut *engine, &mut verifier, &named) else { continue };
+            let inexact = technique
+                .sort
+                .parts()
+                .iter()
+                .any(|part| !part.strategy.sorts() || part.strategy.error_bound().is_some());
+            let expected = if inexact { Verdict::Approximate } else { Verdict::Exact };
+            assert_eq!(result.verdict, expected, "{id} {technique}: {:?}", result.note);
+            captures.push((technique.capture.name(), technique.schedule));
+        }
+        captures.dedup();
+        assert!(
+            captures
+                .iter()
+                .any(|(_, schedule)| id == "cpu" || *schedule == Schedule::BmaStencilCount)
+        );
+        let mut exact = 0;
+        for choice in all_methods() {
+            let technique = choice.into();
+            let Some(result) = verify(&mut *engine, &mut verifier, &technique) else { continue };
+            let expected = match choice.accuracy(&histogram) {
+                Accuracy::Exact | Accuracy::ExactWithoutTies => Verdict::Exact,
+                Accuracy::Approximate(_) => Verdict::Approximate,
+            };
+            assert_eq!(result.verdict, expected, "{id} {choice}: {result:?}");
+            exact += u32::from(result.verdict == Verdict::Exact);
+        }
+        println!("{id}: {} captures and schedules, {exact} methods exact", captures.len());
+        assert!(captures.len() > 5 && exact > 3, "{id}: {} {exact}", captures.len());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Depth peeling from front to back, one layer a pass.
 
-use oit_capture::{Accuracy, Method, MethodRequest, PICTURE, Size};
+use oit_capture::{Accuracy, Drawn, Geometry, Method, MethodRequest, PICTURE, Size};
 use oit_fragments::{DepthHistogram, Fragment, Lfb};
 use oit_gpu::{Blend, Compare, Depth, DepthStencil, Format, Load, Plan};
 use oit_sort::{End, composite};
@@ -31,15 +31,18 @@ const PEEL: &str = "
 struct Layer {
     @location(0) color: vec4<f32>,
     @location(1) depth: f32,
+    TESTED_MEMBER
 }
 
 @fragment
 fn fs(in: Varyings) -> Layer {
-    if (in.position.z <= textureLoad(BEFORE, vec2<i32>(in.position.xy), 0).x) {
+    discard_uncovered(in);
+    let depth = fragment_depth(in);
+    if (depth <= textureLoad(BEFORE, vec2<i32>(in.position.xy), 0).x) {
         discard;
     }
     let own = unpack4x8unorm(shade(in));
-    return Layer(vec4<f32>(own.rgb * own.a, own.a), in.position.z);
+    return Layer(vec4<f32>(own.rgb * own.a, own.a), depthTESTED_VALUE);
 }
 ";
 
@@ -47,12 +50,15 @@ const FIRST: &str = "
 struct Layer {
     @location(0) color: vec4<f32>,
     @location(1) depth: f32,
+    TESTED_MEMBER
 }
 
 @fragment
 fn fs(in: Varyings) -> Layer {
+    discard_uncovered(in);
+    let depth = fragment_depth(in);
     let own = unpack4x8unorm(shade(in));
-    return Layer(vec4<f32>(own.rgb * own.a, own.a), in.position.z);
+    return Layer(vec4<f32>(own.rgb * own.a, own.a), depthTESTED_VALUE);
 }
 ";
 
@@ -78,6 +84,14 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     return textureLoad(layer, at, 0);
 }
 ";
+
+/// What a layer also has for the depth test where that is not the rasteriser's depth, and its value.
+fn tested(geometry: &Geometry) -> [&'static str; 2] {
+    match geometry.drawn {
+        Drawn::Mesh(_) => ["", ""],
+        Drawn::Spheres(_) => ["@builtin(frag_depth) tested: f32,", ", depth"],
+    }
+}
 
 impl Method for DepthPeel {
     fn name(&self) -> &'static str {
@@ -131,6 +145,8 @@ impl Method for DepthPeel {
             let nearest =
                 DepthStencil { target: "nearest".into(), depth: Some(test), stencil: None };
             let fs = if pass == 0 { FIRST.to_owned() } else { PEEL.replace("BEFORE", before) };
+            let [member, value] = tested(request.geometry);
+            let fs = fs.replace("TESTED_MEMBER", member).replace("TESTED_VALUE", value);
             let color = vec![
                 to("layer", Load::Clear([0.0; 4]), None),
                 to(own, Load::Clear([NO_DEPTH; 4]), None),

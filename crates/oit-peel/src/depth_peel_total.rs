@@ -24,9 +24,10 @@ const PEEL: &str = "
 
 @fragment
 fn fs(in: Varyings) -> @location(0) vec4<f32> {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
     // Inverted, so that zeros are beyond every fragment and the nearest is the largest.
-    let key = ~((u64(depth_key(in.position.z)) << 32u) | u64(shade(in)));
+    let key = ~((u64(depth_key(fragment_depth(in))) << 32u) | u64(shade(in)));
     let before = reached[pixel];
     if (before == 0lu || key < before) {
         atomicMax(&next[pixel], key);

@@ -55,11 +55,15 @@ pub(crate) fn scene(
     color: Vec<ColorAttachment>,
     depth_stencil: Option<DepthStencil>,
 ) -> Pass {
-    let shader = Shader::new(label, scene_wgsl(fragment_stage));
+    let shader = Shader::new(label, scene_wgsl(request.geometry, fragment_stage));
     let draw = match (request.geometry.draw(), when) {
         (Draw::Indexed { vertices, layout, indices, .. }, When::Left(pass)) => {
             let (arguments, offset_bytes) = (ARGUMENTS.to_owned(), 40 * u64::from(pass));
             Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes }
+        }
+        (Draw::Vertices { .. }, When::Left(pass)) => {
+            let (arguments, offset_bytes) = (ARGUMENTS.to_owned(), 40 * u64::from(pass));
+            Draw::VerticesIndirect { arguments, offset_bytes, draws: 1 }
         }
         (draw, _) => draw,
     };
@@ -106,9 +110,10 @@ pub(crate) fn stop_clear() -> Pass {
 
 /// After a pass: the next one is drawn if something was left, and called off if not.
 pub(crate) fn stop_if_done(request: &MethodRequest, pass: u32) -> Pass {
-    let indices = match request.geometry.draw() {
-        Draw::Indexed { count, .. } => count,
-        _ => 0,
+    // Indices or vertices: the arguments of either draw begin with them and the instances.
+    let drawn = match request.geometry.draw() {
+        Draw::Indexed { count, .. } | Draw::Vertices { count, .. } => count,
+        Draw::IndexedIndirect { .. } | Draw::VerticesIndirect { .. } | Draw::Mesh { .. } => 0,
     };
     let at = 10 * (pass + 1);
     let wgsl = format!(
@@ -118,7 +123,7 @@ pub(crate) fn stop_if_done(request: &MethodRequest, pass: u32) -> Pass {
 @compute @workgroup_size(10)
 fn main(@builtin(local_invocation_index) i: u32) {{
     let instances = min({LEFT}[{pass}u], 1u);
-    let all = array<u32, 10>({indices}u, instances, 0u, 0u, 0u, 3u, instances, 0u, 0u, 0u);
+    let all = array<u32, 10>({drawn}u, instances, 0u, 0u, 0u, 3u, instances, 0u, 0u, 0u);
     {ARGUMENTS}[{at}u + i] = all[i];
 }}
 "

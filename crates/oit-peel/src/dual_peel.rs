@@ -62,8 +62,9 @@ const DONE: f32 = -2.0;
 
 const INIT: &str = "
 @fragment
-fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec2<f32> {
-    let z = quantised(position.z);
+fn fs(in: Varyings) -> @location(0) vec2<f32> {
+    discard_uncovered(in);
+    let z = quantised(fragment_depth(in));
     return vec2<f32>(-z, z);
 }
 ";
@@ -81,8 +82,9 @@ struct Peeled {
 
 @fragment
 fn fs(in: Varyings) -> Peeled {
+    discard_uncovered(in);
     let at = vec2<i32>(in.position.xy);
-    let z = quantised(in.position.z);
+    let z = quantised(fragment_depth(in));
     let depths = textureLoad(DEPTHS, at, 0).xy;
     let nearest = -depths.x;
     let farthest = depths.y;

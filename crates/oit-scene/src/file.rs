@@ -11,8 +11,9 @@ use toml::{Spanned, Value};
 
 use crate::scene::FRAME_MARK;
 use crate::{
-    Camera, CameraPath, Fault, GENERATORS, Generator, Mesh, Params, Problem, Projection, Scene,
-    SceneError, Shading, Stripes, View, import, parse_toml,
+    Camera, CameraPath, Coloring, Fault, GENERATORS, Generator, Mesh, Parameter, Params, Problem,
+    Projection, SPHERE_GENERATORS, Scene, SceneError, Shading, SphereGenerator, Splitting, Stripes,
+    StructureOptions, View, import, parse_toml,
 };
 
 #[derive(Deserialize)]
@@ -22,7 +23,8 @@ struct SceneFile {
     /// Camera paths by name, as files beside this one.
     #[serde(default)]
     paths: BTreeMap<Spanned<String>, PathBuf>,
-    mesh: Spanned<MeshFile>,
+    mesh: Option<Spanned<MeshFile>>,
+    spheres: Option<Spanned<SpheresFile>>,
     #[serde(default)]
     shading: Option<Spanned<ShadingFile>>,
     views: Spanned<Vec<Spanned<ViewFile>>>,
@@ -34,8 +36,21 @@ struct SceneFile {
 struct MeshFile {
     generator: Option<Spanned<String>>,
     #[serde(default)]
-    parameters: BTreeMap<Spanned<String>, Spanned<Value>>,
+    parameters: Parameters,
     import: Option<PathBuf>,
+    rgba: Option<[u8; 4]>,
+}
+
+/// Either `generator`, with or without `parameters`, or `import` with its options.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpheresFile {
+    generator: Option<Spanned<String>>,
+    #[serde(default)]
+    parameters: Parameters,
+    import: Option<PathBuf>,
+    colors: Option<Coloring>,
+    objects: Option<Splitting>,
     rgba: Option<[u8; 4]>,
 }
 
@@ -83,8 +98,10 @@ pub struct SceneEntry {
     pub views: Vec<String>,
     /// Its camera paths, by name.
     pub paths: Vec<PathEntry>,
-    /// Whether the mesh file it needs is there.
+    /// Whether the file it needs is there.
     pub asset: Asset,
+    /// Whether it is made of spheres rather than triangles.
+    pub spheres: bool,
 }
 
 /// What `list` knows of a camera path.
@@ -96,10 +113,10 @@ pub struct PathEntry {
     pub frames: u32,
 }
 
-/// The mesh file of a scene.
+/// The file with a scene's mesh or structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Asset {
-    /// The mesh is generated.
+    /// The scene is generated.
     None,
     /// The file, found.
     Present(PathBuf),
@@ -107,13 +124,15 @@ pub enum Asset {
     Missing(PathBuf),
 }
 
-/// Where the mesh comes from.
+/// Where the mesh or the spheres come from.
 enum Source {
     Generate(&'static dyn Generator, Params),
     Import(PathBuf, [u8; 4]),
+    GenerateSpheres(&'static dyn SphereGenerator, Params),
+    ImportStructure(PathBuf, StructureOptions),
 }
 
-/// A scene file that has been read and checked, without its mesh.
+/// A scene file that has been read and checked, without its mesh or spheres.
 struct Checked {
     about: String,
     source: Source,
@@ -122,7 +141,7 @@ struct Checked {
     paths: Vec<(String, CameraPath)>,
 }
 
-/// Reads a scene file and makes its mesh. `overrides` replace generator parameters: experiments
+/// Reads a scene file and makes its mesh or spheres. `overrides` replace generator parameters: experiments
 /// vary them.
 ///
 /// # Errors
@@ -131,24 +150,38 @@ struct Checked {
 /// [`SceneError::Generate`] and [`SceneError::Io`].
 pub fn load(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Scene, SceneError> {
     let Checked { about, source, shading, views, paths } = check(path, overrides)?;
-    let mesh = match source {
-        Source::Generate(generator, params) => generator
-            .generate(&params)
-            .map_err(|source| SceneError::Generate { path: path.to_owned(), source })?,
-        Source::Import(asset, rgba) => {
-            let Some(found) = find_asset(path, &asset) else {
-                return Err(SceneError::MissingAsset { scene: path.to_owned(), asset });
-            };
-            let mut mesh = import::import(&found)
-                .map_err(|source| SceneError::Import { path: found.clone(), source })?;
-            tint(&mut mesh, rgba);
-            mesh
-        }
+    let generated = |source| SceneError::Generate { path: path.to_owned(), source };
+    let find = |asset: PathBuf| {
+        find_asset(path, &asset)
+            .ok_or_else(|| SceneError::MissingAsset { scene: path.to_owned(), asset })
     };
-    Ok(Scene { name: stem(path), about, mesh: Arc::new(mesh), shading, views, paths })
+    let mut mesh = Mesh::default();
+    let mut spheres = None;
+    match source {
+        Source::Generate(generator, params) => {
+            mesh = generator.generate(&params).map_err(generated)?;
+        }
+        Source::GenerateSpheres(generator, params) => {
+            spheres = Some(Arc::new(generator.generate(&params).map_err(generated)?));
+        }
+        Source::Import(asset, rgba) => {
+            let found = find(asset)?;
+            mesh = import::import(&found)
+                .map_err(|source| SceneError::Import { path: found, source })?;
+            tint(&mut mesh, rgba);
+        }
+        Source::ImportStructure(asset, options) => {
+            let found = find(asset)?;
+            let structure = import::import_structure(&found, &options)
+                .map_err(|source| SceneError::Import { path: found, source })?;
+            spheres = Some(Arc::new(structure));
+        }
+    }
+    let mesh = Arc::new(mesh);
+    Ok(Scene { name: stem(path), about, mesh, spheres, shading, views, paths })
 }
 
-/// Every scene file (`*.toml`) of a folder, by name, without building meshes.
+/// Every scene file (`*.toml`) of a folder, by name, without building meshes or spheres.
 ///
 /// # Errors
 /// Those of [`load`] that concern the file itself, for the first file that has one.
@@ -166,18 +199,22 @@ pub fn list(dir: &Path) -> Result<Vec<SceneEntry>, SceneError> {
         .into_iter()
         .map(|path| {
             let Checked { about, source, views, paths, .. } = check(&path, &BTreeMap::new())?;
+            let spheres =
+                matches!(source, Source::GenerateSpheres(..) | Source::ImportStructure(..));
             let asset = match source {
-                Source::Generate(..) => Asset::None,
-                Source::Import(asset, _) => match find_asset(&path, &asset) {
-                    Some(found) => Asset::Present(found),
-                    None => Asset::Missing(asset),
-                },
+                Source::Generate(..) | Source::GenerateSpheres(..) => Asset::None,
+                Source::Import(asset, _) | Source::ImportStructure(asset, _) => {
+                    match find_asset(&path, &asset) {
+                        Some(found) => Asset::Present(found),
+                        None => Asset::Missing(asset),
+                    }
+                }
             };
             let views = views.into_iter().map(|view| view.name).collect();
             let paths = paths.into_iter();
             let paths = paths.map(|(name, path)| PathEntry { name, frames: path.frames() });
             let paths = paths.collect();
-            Ok(SceneEntry { name: stem(&path), path, about, views, paths, asset })
+            Ok(SceneEntry { name: stem(&path), path, about, views, paths, asset, spheres })
         })
         .collect()
 }
@@ -203,6 +240,9 @@ fn tint(mesh: &mut Mesh, rgba: [u8; 4]) {
     }
 }
 
+/// As a scene file gives them.
+type Parameters = BTreeMap<Spanned<String>, Spanned<Value>>;
+
 fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, SceneError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
@@ -214,48 +254,103 @@ fn check(path: &Path, overrides: &BTreeMap<String, Value>) -> Result<Checked, Sc
         return Err(invalid(file.about.span(), "`about` must say what the scene is").into());
     }
 
-    let mesh_span = file.mesh.span();
-    let mesh = file.mesh.into_inner();
-    let source = match (mesh.generator, mesh.import) {
-        (Some(name), None) => {
-            if mesh.rgba.is_some() {
-                return Err(invalid(mesh_span, "`rgba` goes with `import` only").into());
-            }
-            let Some(generator) = GENERATORS.iter().find(|known| known.name() == name.get_ref())
-            else {
-                let names = GENERATORS.iter().map(|known| known.name());
-                let problem = Problem::unknown("generator", name.get_ref(), names);
-                return Err(fault(name.span(), problem).into());
-            };
-            let mut params = Params::new(generator.parameters());
-            for (key, value) in mesh.parameters {
-                params
-                    .set(key.get_ref(), value.get_ref())
-                    .map_err(|problem| fault(key.span(), problem))?;
-            }
-            for (key, value) in overrides {
-                params.set(key, value).map_err(|problem| Fault {
-                    path: path.to_owned(),
-                    line: None,
-                    problem,
-                })?;
-            }
-            Source::Generate(*generator, params)
+    // The values of a generator's parameters: what the file says, then the overrides.
+    let params = |declared: &'static [Parameter], given: Parameters| -> Result<Params, Fault> {
+        let mut params = Params::new(declared);
+        for (key, value) in given {
+            params
+                .set(key.get_ref(), value.get_ref())
+                .map_err(|problem| fault(key.span(), problem))?;
         }
-        (None, Some(asset)) => {
-            if let Some((key, _)) = mesh.parameters.first_key_value() {
-                let sentence = "`parameters` go with `generator` only";
-                return Err(invalid(key.span(), sentence).into());
-            }
-            if let Some(key) = overrides.keys().next() {
-                let problem = Problem::unknown("parameter", key, []);
-                return Err(Fault { path: path.to_owned(), line: None, problem }.into());
-            }
-            Source::Import(asset, mesh.rgba.unwrap_or([255; 4]))
+        for (key, value) in overrides {
+            params.set(key, value).map_err(|problem| Fault {
+                path: path.to_owned(),
+                line: None,
+                problem,
+            })?;
         }
-        _ => {
-            let sentence = "`mesh` needs either `generator` or `import`";
-            return Err(invalid(mesh_span, sentence).into());
+        Ok(params)
+    };
+    // What is imported has none.
+    let no_params = |given: Parameters| -> Result<(), Fault> {
+        if let Some((key, _)) = given.first_key_value() {
+            return Err(invalid(key.span(), "`parameters` go with `generator` only"));
+        }
+        overrides.keys().next().map_or(Ok(()), |key| {
+            let problem = Problem::unknown("parameter", key, []);
+            Err(Fault { path: path.to_owned(), line: None, problem })
+        })
+    };
+    let unknown = |name: &Spanned<String>, names: Vec<&str>| {
+        fault(name.span(), Problem::unknown("generator", name.get_ref(), names))
+    };
+
+    let source = match (file.mesh, file.spheres) {
+        (Some(mesh), None) => {
+            let span = mesh.span();
+            let mesh = mesh.into_inner();
+            match (mesh.generator, mesh.import) {
+                (Some(name), None) => {
+                    if mesh.rgba.is_some() {
+                        return Err(invalid(span, "`rgba` goes with `import` only").into());
+                    }
+                    let mut known = GENERATORS.iter();
+                    let Some(generator) = known.find(|known| known.name() == name.get_ref()) else {
+                        let names = GENERATORS.iter().map(|known| known.name());
+                        return Err(unknown(&name, names.collect()).into());
+                    };
+                    Source::Generate(*generator, params(generator.parameters(), mesh.parameters)?)
+                }
+                (None, Some(asset)) => {
+                    no_params(mesh.parameters)?;
+                    Source::Import(asset, mesh.rgba.unwrap_or([255; 4]))
+                }
+                _ => {
+                    let sentence = "`mesh` needs either `generator` or `import`";
+                    return Err(invalid(span, sentence).into());
+                }
+            }
+        }
+        (None, Some(spheres)) => {
+            let span = spheres.span();
+            let SpheresFile { generator, parameters, import, colors, objects, rgba } =
+                spheres.into_inner();
+            match (generator, import) {
+                (Some(name), None) => {
+                    if colors.is_some() || objects.is_some() || rgba.is_some() {
+                        let sentence = "`colors`, `objects` and `rgba` go with `import` only";
+                        return Err(invalid(span, sentence).into());
+                    }
+                    let mut known = SPHERE_GENERATORS.iter();
+                    let Some(generator) = known.find(|known| known.name() == name.get_ref()) else {
+                        let names = SPHERE_GENERATORS.iter().map(|known| known.name());
+                        return Err(unknown(&name, names.collect()).into());
+                    };
+                    let params = params(generator.parameters(), parameters)?;
+                    Source::GenerateSpheres(*generator, params)
+                }
+                (None, Some(asset)) => {
+                    no_params(parameters)?;
+                    let options = StructureOptions {
+                        colors: colors.unwrap_or_default(),
+                        objects: objects.unwrap_or_default(),
+                        rgba: rgba.unwrap_or([255; 4]),
+                    };
+                    Source::ImportStructure(asset, options)
+                }
+                _ => {
+                    let sentence = "`spheres` needs either `generator` or `import`";
+                    return Err(invalid(span, sentence).into());
+                }
+            }
+        }
+        (Some(_), Some(spheres)) => {
+            let sentence = "a scene has either `mesh` or `spheres`, not both";
+            return Err(invalid(spheres.span(), sentence).into());
+        }
+        (None, None) => {
+            let sentence = "a scene needs either `mesh` or `spheres`";
+            return Err(invalid(file.about.span(), sentence).into());
         }
     };
 

@@ -1,17 +1,21 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::{Camera, CameraPath, Fault, GenerateError, ImportError, Mesh, Problem, Shading};
+use crate::{
+    Camera, CameraPath, Fault, GenerateError, ImportError, Mesh, Problem, Shading, Spheres,
+};
 
-/// A mesh, its shading and the views it is seen from.
+/// A mesh or spheres, their shading and the views they are seen from.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The scene file's name without its ending.
     pub name: String,
     /// Prose: what the scene is and where it comes from.
     pub about: String,
-    /// Shared, because one mesh serves many cells.
+    /// Shared, because one mesh serves many cells. Empty in a scene of spheres.
     pub mesh: Arc<Mesh>,
+    /// What a scene of spheres has instead of a mesh.
+    pub spheres: Option<Arc<Spheres>>,
     /// Light and stripes.
     pub shading: Shading,
     /// At least one; names are unique.
@@ -93,7 +97,7 @@ pub enum SceneError {
     /// A mistake in a scene file or in an override of it.
     #[error(transparent)]
     Fault(#[from] Fault),
-    /// A mesh file that is not there.
+    /// A mesh or structure file that is not there.
     #[error("{}: the asset {} is missing{}", scene.display(), asset.display(), hint(asset))]
     MissingAsset {
         /// The scene file.
@@ -101,10 +105,10 @@ pub enum SceneError {
         /// The path in the scene file.
         asset: PathBuf,
     },
-    /// A mesh file that cannot be used.
+    /// A mesh or structure file that cannot be used.
     #[error("{}: {source}", path.display())]
     Import {
-        /// The mesh file.
+        /// The file.
         path: PathBuf,
         /// Why.
         source: ImportError,

@@ -3,6 +3,12 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 
+/// No generator or importer makes more atoms than this, all levels together (2 GiB, colours 512 MiB).
+pub const MAX_ATOMS: u64 = 1 << 27;
+
+/// No generator or importer makes more objects than this (576 MiB).
+pub const MAX_OBJECTS: u64 = 1 << 24;
+
 /// A scene of spheres. Objects (say, protein instances) share kinds (protein types); a kind has a
 /// cloud of atoms for each of its levels of detail. Objects, and atoms within a level, are kept in
 /// the order in which they are to be submitted.

@@ -104,6 +104,7 @@ fn least_and_most_of_every_parameter() {
                     Err(GenerateError::TooLarge { triangles }) => {
                         assert!(triangles > oit_scene::MAX_TRIANGLES, "{name}");
                     }
+                    Err(error) => panic!("{name}: {error}"),
                 }
             }
         }

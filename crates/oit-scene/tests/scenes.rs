@@ -26,6 +26,7 @@ fn every_scene_file_loads() {
             "dragon",
             "grid",
             "hairball",
+            "helix",
             "intersecting",
             "planes",
             "planes2",
@@ -33,7 +34,9 @@ fn every_scene_file_loads() {
             "random_triangles",
             "shells",
             "smoke",
-            "stack"
+            "sphere_stack",
+            "stack",
+            "virus"
         ]
     );
     for entry in &entries {
@@ -49,7 +52,9 @@ fn every_scene_file_loads() {
         assert_eq!((&scene.name, &scene.about), (&entry.name, &entry.about));
         let views: Vec<_> = scene.views.iter().map(|view| view.name.clone()).collect();
         assert_eq!(views, entry.views);
-        assert!(scene.mesh.triangle_count() > 0, "{}", entry.name);
+        assert_eq!(scene.mesh.triangle_count() > 0, !entry.spheres, "{}", entry.name);
+        let spheres = scene.spheres.map_or(0, |spheres| spheres.total());
+        assert_eq!(spheres > 0, entry.spheres, "{}", entry.name);
     }
     let hairball = entries.iter().find(|entry| entry.name == "hairball").unwrap();
     assert_eq!(hairball.views, ["inside-front", "inside-back"]);

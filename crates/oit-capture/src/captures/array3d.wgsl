@@ -4,10 +4,11 @@
 
 @fragment
 fn fs(in: Varyings) {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
     let layer = atomicAdd(&counts[pixel], 1u);
     // A fragment without room is counted, so that it is known how much room there should be.
     if (layer < arrayLength(&fragments) / STRIDE) {
-        fragments[layer * STRIDE + pixel] = vec2<u32>(shade(in), depth_key(in.position.z));
+        fragments[layer * STRIDE + pixel] = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
     }
 }

@@ -12,7 +12,9 @@ fn store_fragment(pixel: u32, fragment: vec2<u32>) {
 // of a loop that ends with what an atomic gives, and the others of their subgroup with them.
 @fragment
 fn fs(in: Varyings, @builtin(sample_mask) mask: u32) {
-    if (mask != 0u) {
-        store_fragment(pixel_index(in.position), vec2<u32>(shade(in), depth_key(in.position.z)));
+    if (mask != 0u && covered(in)) {
+        let fragment = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
+        store_fragment(pixel_index(in.position), fragment);
     }
+    discard_uncovered(in);
 }

@@ -4,9 +4,10 @@
 
 @fragment
 fn fs(in: Varyings) {
+    discard_uncovered(in);
     let pixel = pixel_index(in.position);
     let slot = lfb_base(pixel) + 32u * atomicAdd(&counts[pixel], 1u);
     if (slot < arrayLength(&fragments)) {
-        fragments[slot] = vec2<u32>(shade(in), depth_key(in.position.z));
+        fragments[slot] = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
     }
 }

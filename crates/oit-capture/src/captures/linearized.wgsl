@@ -4,8 +4,9 @@
 
 @fragment
 fn fs(in: Varyings) {
+    discard_uncovered(in);
     let slot = atomicAdd(&offsets[pixel_index(in.position)], 1u);
     if (slot < arrayLength(&fragments)) {
-        fragments[slot] = vec2<u32>(shade(in), depth_key(in.position.z));
+        fragments[slot] = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
     }
 }

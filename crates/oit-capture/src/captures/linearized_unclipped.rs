@@ -6,7 +6,7 @@ use oit_fragments::Lfb;
 use oit_gpu::{Buffer, Compare, Depth, DepthStencil, Format, Load, Pass, Shader, Target, Work};
 
 use super::Linearized;
-use crate::draw::{FRAME, capture_pass, coverage, pass};
+use crate::draw::{capture_pass, coverage, pass};
 use crate::{
     Capture, CaptureError, CapturePasses, CaptureRequest, Demand, LfbReader, Usage, words_buffer,
 };
@@ -21,6 +21,9 @@ use crate::{
 ///
 /// Neither is exact against captures that clip: these move the corners where they cut, and depths
 /// with them, by rounding. A capture of this kind does not mark the pixels it draws to.
+///
+/// Spheres have no clipping to do without: their shader leaves out what lies beyond either plane, and
+/// both are [`Linearized`] then, the tests passing everything.
 ///
 /// Buffers: those of [`Linearized`], and `captured` (one `u32`: the fragments of the second pass).
 /// Target: `depth_range`.
@@ -48,7 +51,7 @@ fn unclipped(mut pass: Pass, late: bool) -> Pass {
 }
 
 fn count_pass(request: &CaptureRequest) -> Pass {
-    let wgsl = [FRAME, include_str!("linearized_unclipped_count.wgsl")].concat();
+    let wgsl = request.geometry.positions_wgsl() + include_str!("linearized_unclipped_count.wgsl");
     let shader = Shader::new("count: fragments into offsets, unclipped", wgsl);
     unclipped(pass("count", shader, request.geometry.draw_positions(), None), false)
 }

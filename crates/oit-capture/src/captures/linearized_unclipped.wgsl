@@ -5,11 +5,12 @@
 
 @fragment EARLY
 fn fs(in: Varyings) {
+    discard_uncovered(in);
     if (in.position.z > 0.0) {
         atomicAdd(&captured, 1u);
         let slot = atomicAdd(&offsets[pixel_index(in.position)], 1u);
         if (slot < arrayLength(&fragments)) {
-            fragments[slot] = vec2<u32>(shade(in), depth_key(in.position.z));
+            fragments[slot] = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
         }
     }
 }

@@ -10,6 +10,6 @@ fn link_fragment(node: u32, in: Varyings) {
     // A fragment without room is counted, so that it is known how much room there should be.
     if (node < arrayLength(&fragments)) {
         nexts[node] = atomicExchange(&heads[pixel], node + 1u);
-        fragments[node] = vec2<u32>(shade(in), depth_key(in.position.z));
+        fragments[node] = vec2<u32>(shade(in), depth_key(fragment_depth(in)));
     }
 }

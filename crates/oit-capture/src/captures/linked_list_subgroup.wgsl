@@ -6,8 +6,8 @@ fn before(invocation: u32, word: u32) -> u32 {
     return extractBits(0xFFFFFFFFu, 0u, min(max(invocation, word * 32u) - word * 32u, 32u));
 }
 
-// Helper invocations cover no sample. They vote with the others but take no node, and an atomic of
-// theirs would do nothing: the first that is none asks for all.
+// Helper invocations cover no sample, and of spheres others cover nothing. They vote with the others
+// but take no node, and an atomic of theirs would do nothing: the first that is none asks for all.
 @fragment
 fn fs(
     in: Varyings,
@@ -15,7 +15,7 @@ fn fs(
     @builtin(subgroup_invocation_id) invocation: u32,
     @builtin(subgroup_size) size: u32,
 ) {
-    let covers = mask != 0u;
+    let covers = mask != 0u && covered(in);
     let ballot = subgroupBallot(covers);
     var first = size;
     var rank = 0u;
@@ -34,4 +34,5 @@ fn fs(
     if (covers) {
         link_fragment(node + rank, in);
     }
+    discard_uncovered(in);
 }

@@ -1,10 +1,7 @@
-// Counts each pixel's fragments by additive blending, without shading them. Follows frame.wgsl.
-@vertex
-fn vs(@location(0) position: vec3<f32>) -> @invariant @builtin(position) vec4<f32> {
-    return project(position);
-}
-
+// Counts each pixel's fragments by additive blending, without shading them. Follows frame.wgsl and
+// positions.wgsl or spheres.wgsl.
 @fragment
-fn fs() -> @location(0) f32 {
+fn fs(in: Varyings) -> @location(0) f32 {
+    discard_uncovered(in);
     return 1.0;
 }

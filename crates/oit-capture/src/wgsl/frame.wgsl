@@ -22,3 +22,8 @@ fn project(position: vec3<f32>) -> vec4<f32> {
 fn pixel_index(position: vec4<f32>) -> u32 {
     return u32(position.y) * frame.width_px + u32(position.x);
 }
+
+// The depth as sortable bits: `oit_fragments::depth_key` for depths of 0 and more.
+fn depth_key(depth: f32) -> u32 {
+    return bitcast<u32>(max(depth, 0.0)) | 0x80000000u;
+}

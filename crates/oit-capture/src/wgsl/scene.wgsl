@@ -1,4 +1,4 @@
-// Vertices with all they carry, and how a fragment is shaded. Follows frame.wgsl.
+// Triangles: vertices with all they carry, and how a fragment is shaded. Follows frame.wgsl.
 struct Varyings {
     @invariant @builtin(position) position: vec4<f32>,
     @location(0) world: vec3<f32>,
@@ -15,6 +15,10 @@ fn vs(
     return Varyings(project(position), position, normal, rgba);
 }
 
+fn fragment_depth(in: Varyings) -> f32 {
+    return in.position.z;
+}
+
 // Two-sided Lambert. Alpha is the colour's own.
 fn shade(in: Varyings) -> u32 {
     var rgba = in.rgba;
@@ -27,7 +31,10 @@ fn shade(in: Varyings) -> u32 {
     return pack4x8unorm(vec4<f32>(rgba.rgb * light, rgba.a));
 }
 
-// The depth as sortable bits: `oit_fragments::depth_key` for depths of 0 and more.
-fn depth_key(depth: f32) -> u32 {
-    return bitcast<u32>(max(depth, 0.0)) | 0x80000000u;
+// What the rasteriser covers is a fragment, all of it: these are as if they were not there. Spheres
+// have others.
+fn covered(in: Varyings) -> bool {
+    return true;
 }
+
+fn discard_uncovered(in: Varyings) {}

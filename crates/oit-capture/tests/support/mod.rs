@@ -5,7 +5,9 @@ use oit_bma::{GroupRequest, Intervals, ListGrouping, list_grouping};
 use oit_capture::{Capture, CaptureRequest, Geometry, Lists};
 use oit_fragments::DepthHistogram;
 use oit_gpu::{Buffer, Plan};
-use oit_scene::{Camera, Mesh, Projection, Shading, SplitMix64, Vertex};
+use oit_scene::{
+    Atom, Camera, Level, Mesh, Object, Projection, Shading, SphereKind, Spheres, SplitMix64, Vertex,
+};
 
 pub(crate) const UNLIT: Shading = Shading { light: [0.0, 0.0, 1.0], ambient: 1.0, stripes: None };
 
@@ -91,6 +93,34 @@ pub(crate) fn random_mesh(seed: u64, triangles: usize) -> Mesh {
         }
     }
     mesh
+}
+
+/// Random spheres in a few turned and moved objects: tiny ones, middling ones, and huge ones that cross
+/// the near or the far plane or hold the camera; some lie behind it.
+pub(crate) fn random_spheres(seed: u64, atoms: u32, objects: u32) -> Spheres {
+    let mut random = SplitMix64::new(seed);
+    let mut spheres = Spheres {
+        levels: vec![Level { first_atom: 0, atoms, from_distance: 0.0 }],
+        kinds: vec![SphereKind { name: "cloud".into(), first_level: 0, levels: 1, radius: 9.0 }],
+        ..Spheres::default()
+    };
+    for _ in 0..atoms {
+        let radius = match random.below(8) {
+            0..3 => random.between(0.001, 0.02),
+            3..7 => random.between(0.05, 0.3),
+            _ => random.between(0.5, 1.6),
+        };
+        let center = [0; 3].map(|_| random.between(-2.5, 2.5));
+        spheres.atoms.push(Atom { center, radius });
+        spheres.atom_rgba.push((random.next_u64() as u32).to_le_bytes());
+    }
+    for _ in 0..objects {
+        let turn = glam::Vec4::from([0; 4].map(|_| random.between(-1.0, 1.0))).normalize();
+        let position = [0; 3].map(|_| random.between(-0.5, 0.5));
+        let rgba = [255, 255, 255, 128 + random.below(128) as u8];
+        spheres.objects.push(Object { position, rotation: turn.to_array(), kind: 0, rgba });
+    }
+    spheres
 }
 
 /// A grid of `n` by `n` cells over a square, inner vertices moved by up to 0.2 of a cell, each cell

@@ -5,6 +5,7 @@
 //! costs the host one submission.
 
 mod arrays;
+mod exact;
 mod executables;
 mod formats;
 mod gpu;

@@ -2,7 +2,7 @@
 
 use super::arrays::leave_arrays_unset;
 use super::gpu::Gpu;
-use super::{executables, failure, formats, sample_mask};
+use super::{exact, executables, failure, formats, sample_mask};
 use crate::cache_file::CacheFile;
 use crate::pipeline_key::{PipelineKey, RasterKey};
 use crate::reflect::{Access, Kind, Reflection};
@@ -435,7 +435,8 @@ fn spirv(
     };
     let pipeline = spv::PipelineOptions { shader_stage, entry_point: entry_point.to_owned() };
     let words = spv::write_vec(&reflection.module, &reflection.info, &options, Some(&pipeline))?;
-    Ok(sample_mask::as_array(&leave_arrays_unset(&words)))
+    let words = sample_mask::as_array(&leave_arrays_unset(&words));
+    Ok(if reflection.exact_arithmetic { exact::without_contraction(&words) } else { words })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Generators: one file each, listed in [`GENERATORS`].
+//! Generators: one file each, listed in [`GENERATORS`] or [`SPHERE_GENERATORS`].
 
 mod atrium;
 mod cyclic;
@@ -12,9 +12,11 @@ mod shapes;
 mod shells;
 mod smoke;
 mod solids;
+mod sphere_stack;
 mod stack;
+mod virus;
 
-use crate::{MAX_TRIANGLES, Mesh, Parameter, Params};
+use crate::{MAX_OBJECTS, MAX_TRIANGLES, Mesh, Parameter, Params, Spheres};
 
 /// Makes a mesh. A pure function of its parameters, a seed among them where it draws at random.
 pub trait Generator: Sync {
@@ -44,6 +46,22 @@ pub const GENERATORS: &[&dyn Generator] = &[
     &powerplant::PowerPlant,
 ];
 
+/// Makes spheres. A pure function of its parameters, as a [`Generator`] is.
+pub trait SphereGenerator: Sync {
+    /// The word in scene files.
+    fn name(&self) -> &'static str;
+    /// Every parameter with its default and range.
+    fn parameters(&self) -> &'static [Parameter];
+    /// Makes the spheres. `params` were made from [`SphereGenerator::parameters`].
+    ///
+    /// # Errors
+    /// [`GenerateError`] when the parameters ask for too much; nothing is allocated then.
+    fn generate(&self, params: &Params) -> Result<Spheres, GenerateError>;
+}
+
+/// Every generator of spheres there is.
+pub const SPHERE_GENERATORS: &[&dyn SphereGenerator] = &[&sphere_stack::SphereStack, &virus::Virus];
+
 /// Why a generator refuses.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GenerateError {
@@ -52,6 +70,12 @@ pub enum GenerateError {
     TooLarge {
         /// How many they would be.
         triangles: u64,
+    },
+    /// Too many objects made of spheres.
+    #[error("these parameters make {objects} objects, more than {MAX_OBJECTS}")]
+    TooManyObjects {
+        /// How many they would be.
+        objects: u64,
     },
 }
 

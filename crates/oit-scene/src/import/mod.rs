@@ -1,8 +1,9 @@
-//! Importers of mesh files. They trust nothing: every count is checked against the bytes that are
+//! Importers of mesh and structure files. They trust nothing: every count is checked against the bytes that are
 //! there before anything is allocated for it, and every index before it is used.
 
 mod gltf;
 mod ply;
+mod structure;
 
 use std::io::Read;
 use std::path::Path;
@@ -10,10 +11,12 @@ use std::path::Path;
 use crate::mesh::flat_normal;
 use crate::{MAX_TRIANGLES, Mesh, Vertex};
 
-/// A mesh file, and a gzipped one once unpacked, may be this large.
+pub use structure::{Coloring, Splitting, StructureOptions, import_structure};
+
+/// A file, and a gzipped one once unpacked, may be this large.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// Why a mesh file is refused.
+/// Why a mesh or structure file is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The file, or one that it names, cannot be read.
@@ -27,6 +30,11 @@ pub enum ImportError {
     /// The ending of the file's name says no known format.
     #[error("unknown kind of mesh file; known endings: .gltf, .glb, .ply, .ply.gz")]
     UnknownFormat,
+    /// The same of a structure file.
+    #[error(
+        "unknown kind of structure file; known endings: .pdb, .ent, .cif, .mmcif, and each with .gz"
+    )]
+    UnknownStructure,
     /// More than [`MAX_FILE_BYTES`], packed or unpacked.
     #[error("{what} is larger than {MAX_FILE_BYTES} bytes")]
     TooLarge {
@@ -38,6 +46,12 @@ pub enum ImportError {
     TooManyTriangles {
         /// The element or primitive that was one too many.
         what: String,
+    },
+    /// A structure of too many atoms.
+    #[error("more than {limit} atoms")]
+    TooManyAtoms {
+        /// How many there may be.
+        limit: usize,
     },
     /// The contents are wrong.
     #[error("{place}: {problem}")]

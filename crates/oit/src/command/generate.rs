@@ -103,10 +103,12 @@ fn page(root: &Path) -> miette::Result<String> {
     for (alias, name) in ALIASES {
         let _ = writeln!(text, "| {alias} | `{name}` |");
     }
-    text += "\n## Scenes\n\n| scene | views | what it is |\n|---|---|---|\n";
+    text += "\n## Scenes\n\n| scene | made of | views | what it is |\n|---|---|---|---|\n";
     for scene in oit_scene::list(&root.join("scenes")).map_err(report)? {
         let about = scene.about.trim().replace('\n', " ");
-        let _ = writeln!(text, "| `{}` | {} | {about} |", scene.name, scene.views.join(", "));
+        let made = if scene.spheres { "spheres" } else { "triangles" };
+        let _ =
+            writeln!(text, "| `{}` | {made} | {} | {about} |", scene.name, scene.views.join(", "));
     }
     text += "\n## Experiments\n\n| experiment | source | what it shows |\n|---|---|---|\n";
     for experiment in oit_lab::list_experiments(&root.join("experiments")).map_err(report)? {

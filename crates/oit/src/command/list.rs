@@ -150,7 +150,8 @@ fn print(what: What, arguments: &Arguments) -> miette::Result<()> {
                 let about =
                     scene.about.split(". ").next().unwrap_or_default().trim_end_matches('.');
                 row(&scene.name, &about.replace('\n', " "));
-                row("", &format!("views: {}", scene.views.join(", ")));
+                let made = if scene.spheres { "spheres; " } else { "" };
+                row("", &format!("{made}views: {}", scene.views.join(", ")));
                 if let Asset::Missing(path) = scene.asset {
                     row("", &format!("{} is missing: run `just assets`", path.display()));
                 }

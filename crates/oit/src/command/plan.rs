@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use miette::miette;
-use oit_capture::MeshBytes;
+use oit_capture::Geometry;
 use oit_fragments::DepthHistogram;
 use oit_gpu::Compiled;
 use oit_lab::{Fragments, FrameSize, Stage, Technique, Tuner, assemble, cuda_source};
@@ -48,9 +48,9 @@ pub(crate) fn run(arguments: &Arguments) -> miette::Result<()> {
     let technique: Technique = arguments.technique.parse().map_err(report)?;
     let size = size(&arguments.size)?;
     let scene = oit_scene::load(&arguments.scene, &overrides(&arguments.set)?).map_err(report)?;
-    let bytes = MeshBytes::new(&scene.mesh);
     let FrameSize { width_px, height_px } = size;
-    let geometry = bytes.view(&scene.shading, &scene.views[0].camera, width_px, height_px);
+    let camera = &scene.views[0].camera;
+    let geometry = Geometry::of_scene(&scene, camera, width_px, height_px).map_err(report)?;
     let histogram = DepthHistogram::from_counts([arguments.peak]);
     let tuner = match &arguments.tuning {
         Some(path) => Tuner::load(path).map_err(report)?,
