@@ -328,6 +328,6 @@ mod tests {
 
     #[test]
     fn nanoseconds_come_to_bytes_a_second() {
-        assert_eq!(per_second(1 << 30, 500_000_000), 2.0 * (1 << 30) as f64);
+        assert_eq!(per_second(1 << 30, 500_000_000), 2.0 * f64::from(1 << 30));
     }
 }
