@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use oit_record::statistics::Summary;
-use oit_record::{Cell, Event, Program, Record, Verdict, Verification};
+use oit_record::{Cell, Event, PassWork, Program, Record, Verdict, Verification};
 
 use crate::{AnalysisError, RESOLVE, TOTAL, Technique};
 
@@ -67,6 +67,8 @@ pub struct CellResult {
     pub verification: Option<Verification>,
     /// Its resolve programs, from the shallowest interval; empty in older records and on the CPU.
     pub programs: Vec<Program>,
+    /// How much work its passes are, in order; empty where the experiment does not ask for it.
+    pub work: Vec<PassWork>,
     /// How many samples it has.
     pub samples: usize,
     /// By stage, with its parts (`resolve[16]`) and the sums [`RESOLVE`] and [`TOTAL`]; empty unless
@@ -104,10 +106,12 @@ pub(crate) fn collect(
     let mut skipped: Vec<Option<String>> = vec![None; count];
     let mut failed: Vec<Option<String>> = vec![None; count];
     let mut programs: Vec<Vec<Program>> = vec![Vec::new(); count];
+    let mut work: Vec<Vec<PassWork>> = vec![Vec::new(); count];
     for event in &record.events {
         match event {
             Event::Verified { cell, result } => verified[*cell] = Some(result.clone()),
             Event::Programs { cell, programs: told } => programs[*cell].clone_from(told),
+            Event::Work { cell, passes } => work[*cell].clone_from(passes),
             Event::Skipped { cell, reason } => skipped[*cell] = Some(reason.clone()),
             Event::Failed { cell, reason } => failed[*cell] = Some(reason.clone()),
             Event::Sample { cell, sample, stages_ns, parts_ns, total_ns } => {
@@ -126,7 +130,10 @@ pub(crate) fn collect(
                     return Err(AnalysisError::SampleTwice { folder, cell, sample });
                 }
             }
-            Event::Counted { .. } | Event::Clocks { .. } | Event::Finished { .. } => {}
+            Event::Counted { .. }
+            | Event::Bandwidth { .. }
+            | Event::Clocks { .. }
+            | Event::Finished { .. } => {}
         }
     }
     // A run takes its samples in rounds over the techniques of a group. Until it is finished, only
@@ -159,6 +166,7 @@ pub(crate) fn collect(
             reason: failed[cell].take().or(skipped[cell].take()).or(note),
             verification,
             programs: std::mem::take(&mut programs[cell]),
+            work: std::mem::take(&mut work[cell]),
             samples: raw.len(),
             times: BTreeMap::new(),
         };

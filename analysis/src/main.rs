@@ -17,7 +17,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Write samples, cells, their summary, and their resolve programs as parquet and CSV.
+    /// Write samples, cells, their summary, their resolve programs and the work of their passes as
+    /// parquet and CSV.
     Tables {
         /// Run folders, or folders of run folders.
         #[arg(required = true)]

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use oit_record::{Event, Record, Run};
+use oit_record::{Bandwidth, Event, Record, Run};
 
 use crate::AnalysisError;
 
@@ -22,6 +22,8 @@ pub struct RunInfo {
     pub counted: Vec<(String, u64, Vec<u64>)>,
     /// Spheres of groups whose scene is of spheres, every object in full detail.
     pub spheres: BTreeMap<String, u64>,
+    /// What the device's memory moves, where the experiment asks for work.
+    pub bandwidth: Option<Bandwidth>,
 }
 
 impl RunInfo {
@@ -53,6 +55,10 @@ impl RunInfo {
             Event::Counted { group, spheres, .. } => Some((group.clone(), (*spheres)?)),
             _ => None,
         });
+        let bandwidth = record.events.iter().find_map(|event| match event {
+            Event::Bandwidth { measured } => Some(*measured),
+            _ => None,
+        });
         Self {
             spheres: spheres.collect(),
             name: last_parts(&record.folder, parts),
@@ -60,6 +66,7 @@ impl RunInfo {
             run: record.run.clone(),
             finished: record.finished(),
             counted: counted.collect(),
+            bandwidth,
         }
     }
 

@@ -5,7 +5,10 @@ use std::fs::{self, File};
 use std::path::Path;
 
 use oit_record::statistics::{self, Summary};
-use oit_record::{Executable, Program, Record, Statistic, Verdict, Verification};
+use oit_record::{
+    Bandwidth, Executable, PassWork, Program, RasterCounts, Record, Statistic, Verdict,
+    Verification,
+};
 use polars::prelude::*;
 
 use crate::cell::{RawSamples, collect};
@@ -64,6 +67,9 @@ pub struct Tables {
     pub programs: DataFrame,
     /// One row a figure that a driver tells of an executable of a program, in its own words.
     pub program_statistics: DataFrame,
+    /// One row a pass of a cell whose record has its work: what the plan says of it, what the device
+    /// counts (null where it does not), and what the run measured of the device's bandwidth.
+    pub work: DataFrame,
 }
 
 /// Builds the tables of `records`.
@@ -119,12 +125,13 @@ pub fn load(records: &[Record]) -> Result<Tables, AnalysisError> {
     let programs = with_keys(&keys, programs_frame(&runs, &results)?, &PROGRAM_COLUMNS)?;
     let program_statistics =
         with_keys(&keys, statistics_frame(&runs, &results)?, &STATISTIC_COLUMNS)?;
-    Ok(Tables { runs, results, samples, cells, summary, programs, program_statistics })
+    let work = with_keys(&keys, work_frame(&runs, &results)?, &WORK_COLUMNS)?;
+    Ok(Tables { runs, results, samples, cells, summary, programs, program_statistics, work })
 }
 
 impl Tables {
-    /// Writes `samples`, `cells`, `summary`, `programs` and `program_statistics` to a folder, each as
-    /// parquet and CSV.
+    /// Writes `samples`, `cells`, `summary`, `programs`, `program_statistics` and `work` to a folder,
+    /// each as parquet and CSV.
     ///
     /// # Errors
     /// Where a file cannot be written.
@@ -140,6 +147,7 @@ impl Tables {
             ("summary", &mut self.summary),
             ("programs", &mut self.programs),
             ("program_statistics", &mut self.program_statistics),
+            ("work", &mut self.work),
         ];
         for (name, frame) in frames {
             let path = folder.join(format!("{name}.parquet"));
@@ -161,7 +169,7 @@ impl Tables {
 }
 
 /// What orders the rows of a cell.
-const ORDERING: [&str; 4] = ["stage", "sample", "program", "place"];
+const ORDERING: [&str; 5] = ["pass", "stage", "sample", "program", "place"];
 
 /// The columns of [`Tables::programs`] after those that say what a cell is.
 const PROGRAM_COLUMNS: [&str; 15] = [
@@ -196,6 +204,32 @@ const STATISTIC_COLUMNS: [&str; 12] = [
     "statistic",
     "value",
     "description",
+];
+
+/// The columns of [`Tables::work`] after those that say what a cell is.
+const WORK_COLUMNS: [&str; 22] = [
+    "pass",
+    "stage",
+    "label",
+    "kind",
+    "cleared_bytes",
+    "color_bytes_per_fragment",
+    "depth_stencil_bytes_per_fragment",
+    "compute_invocations",
+    "input_vertices",
+    "input_primitives",
+    "vertex_invocations",
+    "tessellation_patches",
+    "tessellation_invocations",
+    "geometry_invocations",
+    "geometry_primitives",
+    "clipping_invocations",
+    "clipping_primitives",
+    "fragment_invocations",
+    "attachment_bytes_at_most",
+    "copy_bytes_per_s",
+    "fill_bytes_per_s",
+    "attachment_bytes_per_s",
 ];
 
 /// Puts the columns that say what a cell is before `columns` of `frame`, and sorts the rows.
@@ -440,6 +474,57 @@ fn statistics_frame(runs: &[RunInfo], results: &[CellResult]) -> PolarsResult<Da
             text("statistic", &|_, _, told| told.name.clone()),
             column("value", rows.iter().map(|row| row.4.1.value.number()).collect::<Vec<f64>>()),
             text("description", &|_, _, told| told.description.clone()),
+        ],
+    )
+}
+
+fn work_frame(runs: &[RunInfo], results: &[CellResult]) -> PolarsResult<DataFrame> {
+    let rows: Vec<(&CellResult, u32, &PassWork)> = results
+        .iter()
+        .flat_map(|cell| (0..).zip(&cell.work).map(move |(at, pass)| (cell, at, pass)))
+        .collect();
+    let text = |name: &str, of: &dyn Fn(&CellResult, &PassWork) -> String| {
+        column(name, rows.iter().map(|row| of(row.0, row.2)).collect::<Vec<String>>())
+    };
+    let bytes = |name: &str, of: &dyn Fn(&PassWork) -> Option<u64>| {
+        column(name, rows.iter().map(|row| of(row.2)).collect::<Vec<Option<u64>>>())
+    };
+    let counted = |name: &str, of: fn(&RasterCounts) -> Option<u64>| {
+        bytes(name, &|pass| pass.counted.as_ref().and_then(of))
+    };
+    let measured = |name: &str, of: fn(&Bandwidth) -> Option<f64>| {
+        let values = rows.iter().map(|row| runs[row.0.run].bandwidth.as_ref().and_then(of));
+        column(name, values.collect::<Vec<Option<f64>>>())
+    };
+    DataFrame::new(
+        rows.len(),
+        vec![
+            text("run", &|cell, _| runs[cell.run].name.clone()),
+            column("cell", rows.iter().map(|row| row.0.cell as u32).collect::<Vec<u32>>()),
+            column("pass", rows.iter().map(|row| row.1).collect::<Vec<u32>>()),
+            text("stage", &|_, pass| pass.stage.clone()),
+            text("label", &|_, pass| pass.label.clone()),
+            text("kind", &|_, pass| pass.kind.name().to_owned()),
+            bytes("cleared_bytes", &|pass| Some(pass.cleared_bytes)),
+            bytes("color_bytes_per_fragment", &|pass| Some(pass.color_bytes_per_fragment)),
+            bytes("depth_stencil_bytes_per_fragment", &|pass| {
+                Some(pass.depth_stencil_bytes_per_fragment)
+            }),
+            bytes("compute_invocations", &|pass| pass.compute_invocations),
+            counted("input_vertices", |told| told.input_vertices),
+            counted("input_primitives", |told| told.input_primitives),
+            counted("vertex_invocations", |told| Some(told.vertex_invocations)),
+            counted("tessellation_patches", |told| told.tessellation_patches),
+            counted("tessellation_invocations", |told| told.tessellation_invocations),
+            counted("geometry_invocations", |told| told.geometry_invocations),
+            counted("geometry_primitives", |told| told.geometry_primitives),
+            counted("clipping_invocations", |told| Some(told.clipping_invocations)),
+            counted("clipping_primitives", |told| Some(told.clipping_primitives)),
+            counted("fragment_invocations", |told| Some(told.fragment_invocations)),
+            bytes("attachment_bytes_at_most", &PassWork::attachment_bytes_at_most),
+            measured("copy_bytes_per_s", |told| Some(told.copy_bytes_per_s)),
+            measured("fill_bytes_per_s", |told| Some(told.fill_bytes_per_s)),
+            measured("attachment_bytes_per_s", |told| told.attachment.map(|of| of.bytes_per_s)),
         ],
     )
 }

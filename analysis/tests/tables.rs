@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use analysis::{AnalysisError, CompareError, RESOLVE, State, TOTAL, compare, load};
 use oit_record::{
-    Cell, DeviceInfo, Event, Executable, Host, Program, Record, Run, SCHEMA_VERSION, Statistic,
-    StatisticValue, Verdict, Verification,
+    Bandwidth, Cell, DeviceInfo, Event, Executable, Host, PassKind, PassWork, Program,
+    RasterCounts, Record, Run, SCHEMA_VERSION, Statistic, StatisticValue, Verdict, Verification,
 };
 use polars::prelude::*;
 
@@ -293,6 +293,7 @@ fn tables_are_written_and_read_back() {
         ("summary", &tables.summary),
         ("programs", &tables.programs),
         ("program_statistics", &tables.program_statistics),
+        ("work", &tables.work),
     ] {
         let file = File::open(folder.path().join(format!("{name}.parquet"))).unwrap();
         assert!(ParquetReader::new(file).finish().unwrap().equals_missing(frame), "{name}");
@@ -325,4 +326,48 @@ fn cells_of_one_view_are_compared_by_their_intervals() {
     let other_run = &tables.results[3];
     assert!(matches!(compare(rbs, other_run, TOTAL), Err(CompareError::OtherGroup(..))));
     assert!(matches!(compare(rbs, insertion, "scan"), Err(CompareError::NoTime { .. })));
+}
+
+#[test]
+fn passes_are_rows_with_what_their_run_measured() {
+    let raster = PassWork {
+        stage: "capture".to_owned(),
+        label: "draw".to_owned(),
+        kind: PassKind::Raster,
+        cleared_bytes: 0,
+        color_bytes_per_fragment: 8,
+        depth_stencil_bytes_per_fragment: 4,
+        compute_invocations: None,
+        counted: Some(RasterCounts { fragment_invocations: 5, ..RasterCounts::default() }),
+    };
+    let uncounted = PassWork { counted: None, ..raster.clone() };
+    let compute = PassWork {
+        stage: "clear".to_owned(),
+        kind: PassKind::Compute,
+        compute_invocations: Some(64),
+        ..uncounted.clone()
+    };
+    let measured = Bandwidth {
+        buffer_bytes: 32,
+        copy_bytes_per_s: 2.5e9,
+        fill_bytes_per_s: 1.5e9,
+        attachment: None,
+        repeats: 3,
+    };
+    let passes = vec![raster, compute, uncounted];
+    let mut events = three_samples();
+    events.push(Event::Bandwidth { measured });
+    events.push(Event::Work { cell: 0, passes });
+    let tables = load(&[record("a", &[RBS], events)]).unwrap();
+    let work = &tables.work;
+    let whole = |name: &str| work.column(name).unwrap().u64().unwrap().iter().collect::<Vec<_>>();
+    // In the order of the passes, not of the stages' names.
+    let stages: Vec<_> = work.column("stage").unwrap().str().unwrap().iter().flatten().collect();
+    assert_eq!(stages, ["capture", "clear", "capture"]);
+    assert_eq!(whole("fragment_invocations"), [Some(5), None, None]);
+    assert_eq!(whole("attachment_bytes_at_most"), [Some(60), Some(0), None]);
+    assert_eq!(whole("compute_invocations"), [None, Some(64), None]);
+    assert_eq!(work.column("copy_bytes_per_s").unwrap().f64().unwrap().get(2), Some(2.5e9));
+    assert_eq!(work.column("attachment_bytes_per_s").unwrap().null_count(), 3);
+    assert_eq!(tables.results[0].work.len(), 3);
 }

@@ -8,6 +8,7 @@ mod lines;
 mod outcome_table;
 mod pictures;
 mod ratio_bars;
+mod share_bars;
 mod stage_bars;
 mod table_image;
 
@@ -19,6 +20,7 @@ pub(crate) use lines::{Line, LinePanel, LinePoint, Lines, Scale};
 pub(crate) use outcome_table::{Outcome, OutcomeTable};
 pub(crate) use pictures::{Picture, PictureRow, Pictures};
 pub(crate) use ratio_bars::{RatioBar, RatioBars, RatioPanel};
+pub(crate) use share_bars::{ShareBar, ShareBars, SharePanel};
 pub(crate) use stage_bars::{StageBar, StageBars, StagePanel, stage_place};
 pub(crate) use table_image::TableImage;
 

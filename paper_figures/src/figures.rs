@@ -54,6 +54,7 @@ mod spheres_scale;
 mod spheres_tables;
 pub(crate) mod spheres_views;
 mod stability;
+mod work;
 
 pub use compare::compare;
 pub use compare_page::{Page, compare_pages};
@@ -126,4 +127,5 @@ pub const FIGURES: &[&dyn Figure] = &[
     &spheres_tables::SpheresTables,
     &spheres_cross::SpheresCross,
     &spheres_scale::SpheresScale,
+    &work::Work,
 ];

@@ -11,7 +11,7 @@ use paper_figures::figures::{FIGURES, compare, compare_pages};
 use paper_figures::{FigureError, Output, claims, generate, read};
 use synthetic::{
     RBS_VIEWS, VIEWS, WRONG, approx, bma, compared, compile, flight, lfb, mechanism, peel, probe,
-    rbs, spheres, stability, write_counts, write_rbs_views, write_run,
+    rbs, spheres, stability, work, write_counts, write_rbs_views, write_run,
 };
 
 const DEVICE: &str = "test device";
@@ -33,6 +33,7 @@ fn one_device(root: &Path) -> Tables {
     compile::write_run(&root.join("cached"), DEVICE, true, Some("--cache=x"));
     stability::write_run(&root.join("stability"), DEVICE);
     spheres::write_run(&root.join("spheres"), DEVICE);
+    work::write_run(&root.join("work"), DEVICE, true);
     read(&[root.to_owned()]).unwrap()
 }
 
@@ -1172,4 +1173,34 @@ fn one_sort_is_compared_on_one_page() {
     let missing = compare_pages(&tables, "shell").err().unwrap();
     assert!(missing.to_string().contains("shell"), "{missing}");
     assert_eq!(compare(&tables, "network").unwrap().len(), 1);
+}
+
+#[test]
+fn work_is_set_against_time_and_bandwidth() {
+    let root = tempfile::tempdir().unwrap();
+    work::write_run(&root.path().join("measured"), DEVICE, true);
+    let output = drawn("work", &read(&[root.path().to_owned()]).unwrap());
+    for (method, fragments) in work::METHODS {
+        let of = |stage, column| field(&output, &[("technique", method), ("stage", stage)], column);
+        assert_eq!(of("draw", "fragment_invocations"), fragments.to_string());
+        let bytes = fragments * work::BYTES_PER_FRAGMENT;
+        assert_eq!(of("draw", "attachment_bytes_at_most"), bytes.to_string());
+        let share: f64 = of("draw", "share_of_bandwidth").parse().unwrap();
+        let expected = bytes as f64 * 1e9 / work::DRAW_NS as f64 / work::BEST_BYTES_PER_S;
+        assert!((share / expected - 1.0).abs() < 1e-9, "{share} {expected}");
+        let per_fragment: f64 = of("draw", "ns_per_fragment").parse().unwrap();
+        assert!((per_fragment - work::DRAW_NS as f64 / *fragments as f64).abs() < 1e-9);
+        // The whole frame has the dispatch too, and its time.
+        assert_eq!(of("total", "compute_invocations"), "512");
+        let whole: f64 = of("total", "share_of_bandwidth").parse().unwrap();
+        assert!(whole < share, "{whole} {share}");
+        assert_eq!(of("resolve", "ns_per_fragment"), "");
+    }
+    // Without a measured bandwidth there is no share, and all else stays.
+    let root = tempfile::tempdir().unwrap();
+    work::write_run(&root.path().join("unmeasured"), DEVICE, false);
+    let output = drawn("work", &read(&[root.path().to_owned()]).unwrap());
+    let named = [("technique", "dual_peel"), ("stage", "draw")];
+    assert_eq!(field(&output, &named, "share_of_bandwidth"), "");
+    assert_eq!(field(&output, &named, "fragment_invocations"), "60000");
 }

@@ -111,6 +111,12 @@ pub trait Device {
     /// [`GpuError::Unsupported`] where the device lacks something; otherwise as it says.
     fn prepare(&mut self, plan: &Plan) -> Result<PlanId, GpuError>;
 
+    /// The plan, as it was given, but for the data of its buffers: the device holds that.
+    ///
+    /// # Errors
+    /// Where it is not prepared.
+    fn planned(&self, plan: PlanId) -> Result<&Plan, GpuError>;
+
     /// Runs a plan once and waits for it.
     ///
     /// # Errors

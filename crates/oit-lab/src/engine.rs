@@ -7,7 +7,7 @@ use oit_capture::{Geometry, TooManySpheres};
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
-use oit_record::{DeviceInfo, Program};
+use oit_record::{Bandwidth, DeviceInfo, PassWork, Program};
 use oit_scene::{Camera, Mesh, Scene, Shading, Spheres};
 use oit_spheres::Variation;
 
@@ -212,6 +212,11 @@ pub(crate) fn draws_itself(choice: &MethodChoice) -> CellError {
     CellError::Unsupported(format!("{choice} draws the scene itself; stored fragments have none"))
 }
 
+/// An engine that runs no passes.
+fn no_passes() -> CellError {
+    CellError::Unsupported("it runs no passes whose work could be counted".into())
+}
+
 /// Runs techniques on one view at a time.
 pub trait Engine {
     /// The device.
@@ -252,6 +257,24 @@ pub trait Engine {
     /// # Errors
     /// Where it is a method, which captures none, or the device fails, or what it captured is damaged.
     fn captured(&mut self, ready: Ready) -> Result<Lfb, CellError>;
+
+    /// How much work its passes are. Runs it once more, to count, and not to time.
+    ///
+    /// # Errors
+    /// Where it has no passes, as on the CPU, or the device fails. What a device does not count is no
+    /// error, and `None`.
+    fn work(&mut self, ready: Ready) -> Result<Vec<PassWork>, CellError> {
+        let _ = ready;
+        Err(no_passes())
+    }
+
+    /// What the device's memory moves. Forgets the open view.
+    ///
+    /// # Errors
+    /// Where the device cannot do it, or is none that runs passes.
+    fn bandwidth(&mut self) -> Result<Bandwidth, CellError> {
+        Err(no_passes())
+    }
 }
 
 /// Opens a device by its id (`cpu`, `vulkan:0`, `wgpu:0`). Pipelines are kept in `cache`.

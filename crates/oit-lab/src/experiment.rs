@@ -99,6 +99,10 @@ pub struct Profile {
     /// right ones.
     #[serde(default)]
     pub keep_breaks: bool,
+    /// Whether the device's bandwidth is measured, and the work of each cell's passes counted. On frames
+    /// of camera paths that is done where they are verified in full.
+    #[serde(default)]
+    pub work: bool,
     /// How frames of camera paths are run.
     #[serde(default)]
     pub path: PathProfile,

@@ -8,10 +8,11 @@ use oit_capture::{CAPTURES, Capture, CaptureRequest, LfbReader, Lists, Usage, co
 use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
-use oit_record::{DeviceInfo, Unsupported};
+use oit_record::{Bandwidth, DeviceInfo, PassWork, Unsupported};
 use oit_spheres::{SphereBytes, SphereRequest, Variation};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
+use crate::bandwidth::{BANDWIDTH_BYTES, measure_bandwidth};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
@@ -19,6 +20,7 @@ use crate::engine::{
 };
 use crate::method::MethodChoice;
 use crate::technique::{PoolPolicy, Sorted, Stage, Technique};
+use crate::work::pass_work;
 
 /// A GPU and the view open on it.
 pub(crate) struct GpuEngine {
@@ -411,5 +413,21 @@ impl Engine for GpuEngine {
         let unpacked =
             with_reader(&mut *self.device, id, size, pool, |reader| capture.unpack(reader))?;
         Ok(unpacked)
+    }
+
+    fn work(&mut self, ready: Ready) -> Result<Vec<PassWork>, CellError> {
+        let ready = self.ready(ready)?.0;
+        let (attempt, plan) = (ready.attempt, ready.plan);
+        let mut passes = Vec::new();
+        for plan in attempt.into_iter().chain([plan]) {
+            passes.extend(pass_work(&mut *self.device, plan)?);
+        }
+        Ok(passes)
+    }
+
+    fn bandwidth(&mut self) -> Result<Bandwidth, CellError> {
+        self.view = None;
+        self.cuda.reset();
+        Ok(measure_bandwidth(&mut *self.device, &BANDWIDTH_BYTES)?)
     }
 }

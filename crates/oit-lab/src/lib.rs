@@ -7,6 +7,7 @@
 mod advise;
 mod array_probe;
 mod assemble;
+mod bandwidth;
 mod conformance;
 mod cpu_engine;
 mod cuda_stage;
@@ -26,11 +27,13 @@ mod tuner;
 mod tuning;
 mod twins;
 mod verify;
+mod work;
 mod worker;
 
 pub use advise::{Description, Planned};
 pub use array_probe::probe_arrays;
 pub use assemble::{Fragments, IMAGE, assemble};
+pub use bandwidth::{BANDWIDTH_BYTES, measure_bandwidth, probe_bandwidth};
 pub use conformance::{check_emitted, emitted, kernel_conforms, twin_conforms};
 pub use cpu_engine::cpu_info;
 pub use cuda_stage::{cuda_segmented_sort, cuda_source, cuda_versions};
@@ -60,4 +63,5 @@ pub use tuning::{
 };
 pub use twins::{Twin, TwinInterval, time_twins};
 pub use verify::{Check, EXACT_TOLERANCE, Verifier};
+pub use work::pass_work;
 pub use worker::{Spent, serve};

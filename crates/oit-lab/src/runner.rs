@@ -164,6 +164,8 @@ pub fn run(
         perceptual: experiment.profile(setup.profile).perceptual,
         repeats: experiment.profile(setup.profile).repeats,
         keep_breaks: experiment.profile(setup.profile).keep_breaks,
+        work: experiment.profile(setup.profile).work,
+        bandwidth: false,
         warmup_ms: experiment.profile(setup.profile).warmup_ms,
         frame_warmup_ms: experiment.profile(setup.profile).path.warmup_ms,
         warm: None,
@@ -178,6 +180,7 @@ pub fn run(
     };
     let earlier_s = session.restore(&record.events);
     session.announce(&client.device);
+    session.bandwidth(&mut client)?;
     for group in session.groups() {
         session.group(&group, &mut client)?;
     }
@@ -251,6 +254,8 @@ struct CellState {
     verdict: Option<Verdict>,
     /// Whether its programs are recorded.
     programs: bool,
+    /// Whether the work of its passes is.
+    work: bool,
     sampled: BTreeSet<u32>,
     end: Option<End>,
 }
@@ -269,6 +274,10 @@ struct Session<'a> {
     repeats: Option<u32>,
     /// Whether pictures are kept of cells that break.
     keep_breaks: bool,
+    /// Whether the work of passes is asked for.
+    work: bool,
+    /// Whether the device's bandwidth is recorded.
+    bandwidth: bool,
     warmup_ms: u64,
     /// Of a frame of a camera path that follows another.
     frame_warmup_ms: Option<u64>,
@@ -297,6 +306,8 @@ impl Session<'_> {
                     self.states[*cell].verdict = Some(result.verdict);
                 }
                 Event::Programs { cell, .. } => self.states[*cell].programs = true,
+                Event::Work { cell, .. } => self.states[*cell].work = true,
+                Event::Bandwidth { .. } => self.bandwidth = true,
                 Event::Sample { cell, sample, .. } => {
                     self.states[*cell].sampled.insert(*sample);
                 }
@@ -375,6 +386,11 @@ impl Session<'_> {
             // Losing a worker on an earlier cell may have ended the others too.
             if self.unfinished(cell) {
                 self.prepare(cell, &cells, client)?;
+            }
+        }
+        for &cell in &cells {
+            if self.live(cell) {
+                self.count_work(cell, &cells, client)?;
             }
         }
         cells.retain(|&cell| self.live(cell));
@@ -475,6 +491,53 @@ impl Session<'_> {
                 (self.progress)(Progress::Steps(steps));
                 Ok(())
             }
+            other => {
+                let broke = other.is_err();
+                self.end(cell, reason(&other))?;
+                if broke { self.recover(group, client) } else { Ok(()) }
+            }
+        }
+    }
+
+    /// Records what the device's memory moves, where the profile asks for it and no earlier part of the
+    /// run did. A device that cannot do it is left without, and so is one on which it breaks: what is
+    /// measured of cells does not depend on it.
+    fn bandwidth(&mut self, client: &mut Client) -> Result<(), RunError> {
+        if !self.work || self.bandwidth {
+            return Ok(());
+        }
+        let reply = client.ask(&Request::Bandwidth, self.timeout);
+        match reply {
+            Ok(Reply::Bandwidth(measured)) => {
+                self.bandwidth = true;
+                Ok(self.writer.append(&Event::Bandwidth { measured: *measured })?)
+            }
+            Ok(Reply::Unsupported(_)) => Ok(()),
+            other => {
+                (self.progress)(Progress::Dropped("bandwidth".into(), reason(&other).1));
+                if other.is_err() { self.restart(client) } else { Ok(()) }
+            }
+        }
+    }
+
+    /// Records the work of a cell's passes, where the profile asks for it and it was not done before.
+    fn count_work(
+        &mut self,
+        cell: usize,
+        group: &[usize],
+        client: &mut Client,
+    ) -> Result<(), RunError> {
+        if !self.work || !self.cells[cell].in_full || self.states[cell].work {
+            return Ok(());
+        }
+        let reply = client.ask(&Request::Work { cell }, self.timeout);
+        match reply {
+            Ok(Reply::Work(passes)) => {
+                self.states[cell].work = true;
+                Ok(self.writer.append(&Event::Work { cell, passes })?)
+            }
+            // It has no passes to count, which is no reason not to time it.
+            Ok(Reply::Unsupported(_)) => Ok(()),
             other => {
                 let broke = other.is_err();
                 self.end(cell, reason(&other))?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use oit_fragments::{DepthHistogram, Lfb};
-use oit_record::{DeviceInfo, Program, Verdict, Verification};
+use oit_record::{Bandwidth, DeviceInfo, PassWork, Program, Verdict, Verification};
 use oit_spheres::Variation;
 use serde::{Deserialize, Serialize};
 
@@ -56,6 +56,11 @@ pub(crate) enum Request {
         /// Where its picture and the right one are kept if it breaks: see [`kept::keep_break`].
         breaks: Option<PathBuf>,
     },
+    /// Count the work of this cell's passes. Answered by [`Reply::Work`].
+    Work { cell: usize },
+    /// Measure what the device's memory moves; the open view is forgotten. Answered by
+    /// [`Reply::Bandwidth`].
+    Bandwidth,
     /// Run these cells in turn until that many milliseconds have passed and they no longer get
     /// faster. Answered by [`Reply::Done`].
     WarmUp { cells: Vec<usize>, at_least_ms: u64 },
@@ -83,6 +88,10 @@ pub(crate) enum Reply {
     },
     /// A technique is ready.
     Prepared(Box<Prepared>),
+    /// The work of a cell's passes.
+    Work(Vec<PassWork>),
+    /// What memory moves.
+    Bandwidth(Box<Bandwidth>),
     /// One timing.
     Sampled { stages_ns: Vec<(String, u64)>, parts_ns: Vec<(String, u64)>, total_ns: u64 },
     /// Done.
@@ -251,6 +260,14 @@ impl Worker {
                 let prepared = self.prepare(cell, &technique, asked)?;
                 Ok(Reply::Prepared(Box::new(prepared)))
             }
+            Request::Work { cell } => {
+                let ready = self.prepared(cell)?;
+                let started = Instant::now();
+                let passes = self.engine()?.work(ready)?;
+                self.spent.verify_ms += ms(started);
+                Ok(Reply::Work(passes))
+            }
+            Request::Bandwidth => self.bandwidth(),
             Request::WarmUp { cells, at_least_ms } => self.warm_up(&cells, at_least_ms),
             Request::Spent => Ok(Reply::Spent(self.spent)),
             Request::Sample { .. } => unreachable!("answered one by one in `serve`"),
@@ -433,9 +450,24 @@ impl Worker {
         Ok(result)
     }
 
-    fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {
+    fn prepared(&self, cell: usize) -> Result<Ready, CellError> {
         let ready = self.ready.get(&cell).copied();
-        let ready = ready.ok_or_else(|| CellError::Failed("it was not prepared".into()))?;
+        ready.ok_or_else(|| CellError::Failed("it was not prepared".into()))
+    }
+
+    fn bandwidth(&mut self) -> Result<Reply, CellError> {
+        self.ready.clear();
+        self.verifier = None;
+        self.spheres = None;
+        self.view = None;
+        let started = Instant::now();
+        let measured = self.engine()?.bandwidth()?;
+        self.spent.verify_ms += ms(started);
+        Ok(Reply::Bandwidth(Box::new(measured)))
+    }
+
+    fn run(&mut self, cell: usize) -> Result<oit_gpu::Timing, CellError> {
+        let ready = self.prepared(cell)?;
         let started = Instant::now();
         let timing = self.engine()?.run(ready)?;
         self.spent.render_ms += ms(started);

@@ -16,6 +16,7 @@ resolution = [8, 8]
 samples = 4
 warmup_ms = 0
 timeout_s = 2
+work = true
 
 [profile.full]
 resolution = [8, 8]
@@ -40,6 +41,8 @@ while read -r request; do
     '{"View"'*) echo '{"Counted":{"triangles":1,"histogram":[63,1]}}' ;;
     '{"Prepare"'*'"check":"'*) echo "$verified" ;;
     '{"Prepare"'*) echo '{"Prepared":{"verification":null,'"$programs"'}}' ;;
+    '"Bandwidth"') echo '{"Bandwidth":{"buffer_bytes":32,"copy_bytes_per_s":2.0,"fill_bytes_per_s":1.0,"repeats":3}}' ;;
+    '{"Work"'*) echo '{"Work":[{"stage":"resolve","label":"fake","kind":"compute","compute_invocations":64}]}' ;;
     '{"Sample"'*)
       for cell in $(echo "$request" | tr -dc '0-9,' | tr ',' ' '); do
         if [ "$cell" = "$1" ]; then $2; fi
@@ -156,6 +159,10 @@ fn a_killed_run_goes_on_with_the_first_sample_that_is_missing() {
         assert_eq!(record.events.iter().filter(verified).count(), 3, "after {keep} lines");
         let programs = |event: &&Event| matches!(event, Event::Programs { .. });
         assert_eq!(record.events.iter().filter(programs).count(), 3, "after {keep} lines");
+        let work = |event: &&Event| matches!(event, Event::Work { .. });
+        assert_eq!(record.events.iter().filter(work).count(), 3, "after {keep} lines");
+        let bandwidth = |event: &&Event| matches!(event, Event::Bandwidth { .. });
+        assert_eq!(record.events.iter().filter(bandwidth).count(), 1, "after {keep} lines");
     }
 }
 
@@ -169,6 +176,13 @@ fn a_run_is_not_overwritten_and_another_is_not_resumed() {
     let other = Setup { profile: ProfileName::Full, ..setup(folder.path(), "none", "", true) };
     let error = start(&other).expect_err("another profile").to_string();
     assert!(error.contains("profile"), "{error}");
+    // Of that one nobody asked for work.
+    let full = tempfile::tempdir().expect("a folder");
+    let other = Setup { profile: ProfileName::Full, ..setup(full.path(), "none", "", false) };
+    start(&other).expect("it runs");
+    let record = Record::read(full.path()).expect("a good record");
+    let asked = |event: &Event| matches!(event, Event::Work { .. } | Event::Bandwidth { .. });
+    assert!(!record.events.iter().any(asked));
 }
 
 #[test]

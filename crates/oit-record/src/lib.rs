@@ -6,6 +6,7 @@ mod program;
 mod schema;
 pub mod statistics;
 mod subject;
+mod work;
 
 pub use device::{DeviceInfo, Unsupported};
 pub use folder::{Record, RecordError, RunWriter};
@@ -14,3 +15,4 @@ pub use schema::{
     Cell, Change, Event, Host, LOST, Run, SCHEMA_VERSION, Stability, Verdict, Verification,
 };
 pub use subject::{Conformance, Subject, SubjectPart};
+pub use work::{AttachmentBandwidth, Bandwidth, PassKind, PassWork, RasterCounts};

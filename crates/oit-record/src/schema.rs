@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{DeviceInfo, Program};
+use crate::{Bandwidth, DeviceInfo, PassWork, Program};
 
 /// The version of this schema. A record of another version is refused.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -110,6 +110,20 @@ pub enum Event {
         cell: usize,
         /// One an interval, from the shallowest.
         programs: Vec<Program>,
+    },
+    /// What the device's memory moves, once a run whose experiment asks for work. Older records have
+    /// none.
+    Bandwidth {
+        /// What was measured.
+        measured: Bandwidth,
+    },
+    /// How much work a cell's passes are, once a cell, where the experiment asks for it. Older records
+    /// have none.
+    Work {
+        /// Its place in [`Run::cells`].
+        cell: usize,
+        /// In the order in which they run; where a pool grew, those of both attempts.
+        passes: Vec<PassWork>,
     },
     /// The clocks just before and after a view's samples, where they can be read.
     Clocks {
@@ -309,10 +323,14 @@ impl Event {
         match self {
             Self::Verified { cell, .. }
             | Self::Programs { cell, .. }
+            | Self::Work { cell, .. }
             | Self::Sample { cell, .. }
             | Self::Skipped { cell, .. }
             | Self::Failed { cell, .. } => Some(*cell),
-            Self::Counted { .. } | Self::Clocks { .. } | Self::Finished { .. } => None,
+            Self::Counted { .. }
+            | Self::Bandwidth { .. }
+            | Self::Clocks { .. }
+            | Self::Finished { .. } => None,
         }
     }
 }

@@ -12,6 +12,7 @@ pub(crate) mod probe;
 pub(crate) mod rbs;
 pub(crate) mod spheres;
 pub(crate) mod stability;
+pub(crate) mod work;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

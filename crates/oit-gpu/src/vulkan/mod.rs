@@ -208,6 +208,10 @@ impl Device for Vulkan {
         Ok(PlanId(id))
     }
 
+    fn planned(&self, plan: PlanId) -> Result<&Plan, GpuError> {
+        Ok(&self.plan(plan)?.plan)
+    }
+
     fn run(&mut self, plan: PlanId) -> Result<Timing, GpuError> {
         self.plan(plan)?.run()
     }

@@ -319,6 +319,10 @@ impl Device for Wgpu {
         Ok(PlanId(id))
     }
 
+    fn planned(&self, plan: PlanId) -> Result<&Plan, GpuError> {
+        Ok(&self.plan(plan)?.plan)
+    }
+
     fn run(&mut self, plan: PlanId) -> Result<Timing, GpuError> {
         let prepared = self.plan(plan)?;
         let mut encoder = self.encoder();

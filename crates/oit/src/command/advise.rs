@@ -375,6 +375,8 @@ fn chosen(choice: &Choice, technique: &Technique, description: &Description) -> 
                 let _ = writeln!(text, "  size       {} {n}", size.word);
             }
         }
+        // It draws nothing transparent, and is refused before it can be chosen.
+        Technique::Spheres(_) => {}
     }
     for (place, (interval, sort, pixels)) in description.intervals.iter().enumerate() {
         let head = if place == 0 { "intervals" } else { "" };
