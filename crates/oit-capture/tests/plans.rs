@@ -3,7 +3,7 @@
 mod support;
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use oit_capture::{CAPTURES, CaptureRequest, Geometry, MeshBytes, WIDE, count_plan};
+use oit_capture::{CAPTURES, CaptureRequest, Drawn, Geometry, MeshBytes, WIDE, count_plan};
 use oit_fragments::DepthHistogram;
 use oit_gpu::{Contents, Plan};
 use std::sync::Arc;
@@ -133,11 +133,13 @@ fn two_views_share_one_mesh() {
     let mesh = MeshBytes::new(&random_mesh(1, 100));
     let [a, b] = [(8, 8), (16, 8)]
         .map(|(width_px, height_px)| mesh.view(&UNLIT, &perspective_camera(), width_px, height_px));
-    assert!(Arc::ptr_eq(&a.vertices, &b.vertices) && Arc::ptr_eq(&a.indices, &b.indices));
+    let (Drawn::Mesh(of_a), Drawn::Mesh(of_b)) = (&a.drawn, &b.drawn) else { panic!("meshes") };
+    assert!(Arc::ptr_eq(&of_a.vertices, &of_b.vertices));
+    assert!(Arc::ptr_eq(&of_a.indices, &of_b.indices));
     assert_ne!(a.frame, b.frame);
     let buffers = a.buffers();
     let shared = buffers.iter().any(
-        |buffer| matches!(&buffer.contents, Contents::Data(data) if Arc::ptr_eq(data, &b.vertices)),
+        |buffer| matches!(&buffer.contents, Contents::Data(data) if Arc::ptr_eq(data, &of_b.vertices)),
     );
     assert!(shared, "buffers take the bytes as they are");
 }

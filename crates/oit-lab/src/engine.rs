@@ -86,7 +86,7 @@ pub struct ViewData {
 #[derive(Clone, Debug)]
 pub enum Source {
     /// They are drawn.
-    Scene(SceneView),
+    Scene(Box<SceneView>),
     /// They were captured before, and are resolved again without drawing; in submission order.
     Stored(Arc<Lfb>),
 }
@@ -137,7 +137,8 @@ impl ViewData {
         counted: bool,
     ) -> Self {
         let (mesh, spheres, shading) = (scene.mesh.clone(), scene.spheres.clone(), scene.shading);
-        let source = Source::Scene(SceneView { mesh, spheres, shading, camera, geometry });
+        let scene = SceneView { mesh, spheres, shading, camera, geometry };
+        let source = Source::Scene(Box::new(scene));
         Self { source, size, counted }
     }
 

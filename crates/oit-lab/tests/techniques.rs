@@ -251,8 +251,7 @@ fn fragments_are_sorted_where_they_were_captured() {
         for capture in CAPTURES.iter().filter(|capture| capture.rewrite_wgsl().is_some()) {
             assert!(ran.contains(&capture.name()), "{id}: {}", capture.name());
         }
-        let stored =
-            ViewData { source: Source::Stored(verifier.reference().clone().into()), size: SIZE };
+        let stored = ViewData::stored(verifier.reference().clone());
         engine.open_view(stored).expect("it opens");
         let technique = "linked_list/base/rbs8-global/compute/peak".parse().expect("a technique");
         let refused = engine.prepare(&technique).expect_err("it would spoil what is uploaded");

@@ -80,6 +80,7 @@ impl Cell {
 }
 
 /// One line of `events.jsonl`.
+#[expect(clippy::large_enum_variant, reason = "one is held at a time, and a record has one a cell")]
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Event {

@@ -75,6 +75,9 @@ fn ring(canvas: &mut Canvas, (x, y): (f64, f64), radius: f64) {
     canvas.line(&points.collect::<Vec<_>>(), RING, 1.0);
 }
 
+/// A part of the legend: its place from the left, what it stands for, its text.
+type Placed = (f64, Technique, String);
+
 impl ScatterPanel {
     fn front(&self) -> Vec<&ScatterPoint> {
         let mut front: Vec<&ScatterPoint> = self.points.iter().filter(|p| p.front).collect();
@@ -141,7 +144,7 @@ impl ErrorScatter {
     }
 
     /// The same with each part's place from the left, in lines as long as the panels are wide.
-    fn legend_lines(&self) -> Result<Vec<Vec<(f64, Technique, String)>>, FigureError> {
+    fn legend_lines(&self) -> Result<Vec<Vec<Placed>>, FigureError> {
         let width = self.0.len().max(1) as f64 * (PANEL_PX + PANEL_GAP_PX) - PANEL_GAP_PX;
         let mut lines = Vec::new();
         for parts in self.legend() {

@@ -81,7 +81,14 @@ pub(crate) fn write_run(folder: &Path, device: &str, is_measured: bool) {
         writer.append(&Event::Bandwidth { measured }).unwrap();
     }
     let histogram = vec![0, 0, 0, u64::from(WIDTH_PX * HEIGHT_PX)];
-    writer.append(&Event::Counted { group: cells[0].group(), triangles: 100, spheres: None, histogram }).unwrap();
+    writer
+        .append(&Event::Counted {
+            group: cells[0].group(),
+            triangles: 100,
+            spheres: None,
+            histogram,
+        })
+        .unwrap();
     for (cell, (_, fragments)) in METHODS.iter().enumerate() {
         let result = Verification {
             verdict: Verdict::Approximate,
