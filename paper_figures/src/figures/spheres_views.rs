@@ -55,7 +55,6 @@ pub(crate) const TABLES: [SphereTable; 6] = [
                 "pulled, early projection, 4 byte, conservative",
                 "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4",
             ),
-            ("compute rasteriser", "spheres/compute/bytes4"),
         ],
     },
     SphereTable {
