@@ -9,7 +9,7 @@ const SMALL = 32;
 
 var<workgroup> large: array<vec4<f32>, 64>;
 var<workgroup> large_id: array<u32, 64>;
-var<workgroup> larges: atomic<u32>;
+var<workgroup> large_count: atomic<u32>;
 
 fn draw(sphere: vec4<f32>, id: u32, pixel: vec2<i32>) {
     let hit = meet(sphere, vec2<f32>(pixel) + 0.5);
@@ -32,7 +32,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         batch = batches[number];
     }
     if local == 0u {
-        atomicStore(&larges, 0u);
+        atomicStore(&large_count, 0u);
     }
     workgroupBarrier();
     if local < batch.y {
@@ -49,14 +49,14 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                     }
                 }
             } else {
-                let at = atomicAdd(&larges, 1u);
+                let at = atomicAdd(&large_count, 1u);
                 large[at] = sphere;
                 large_id[at] = id;
             }
         }
     }
     workgroupBarrier();
-    let count = atomicLoad(&larges);
+    let count = atomicLoad(&large_count);
     for (var i = 0u; i < count; i++) {
         let sphere = large[i];
         let extent = extent_of(sphere);
