@@ -50,6 +50,7 @@ mod sort_deep;
 mod sort_depths;
 mod sort_intervals;
 mod spheres_cross;
+mod spheres_renders;
 mod spheres_scale;
 mod spheres_tables;
 pub(crate) mod spheres_views;
@@ -127,5 +128,6 @@ pub const FIGURES: &[&dyn Figure] = &[
     &spheres_tables::SpheresTables,
     &spheres_cross::SpheresCross,
     &spheres_scale::SpheresScale,
+    &spheres_renders::SpheresRenders,
     &work::Work,
 ];

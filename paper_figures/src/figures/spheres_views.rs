@@ -50,12 +50,10 @@ pub(crate) const TABLES: [SphereTable; 6] = [
                 "spheres/batches/geometry/per-fragment/conservative-depth/discard/bytes64",
             ),
         ],
-        beyond: &[
-            (
-                "pulled, early projection, 4 byte, conservative",
-                "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4",
-            ),
-        ],
+        beyond: &[(
+            "pulled, early projection, 4 byte, conservative",
+            "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4",
+        )],
     },
     SphereTable {
         number: "3.2",

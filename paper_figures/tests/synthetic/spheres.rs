@@ -6,6 +6,7 @@ use std::path::Path;
 
 use oit_record::{Cell, Event, RunWriter, Verdict, Verification};
 
+use super::bma::write_images;
 use super::{HEIGHT_PX, WIDTH_PX, run_of, verification};
 
 /// What follows `spheres/` in names.
@@ -90,6 +91,9 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             max_frags: 0,
             ..verification("linked_list/base/insertion/compute/peak", 8)
         };
+        if *spheres == 10_000 && technique.contains("front-to-back") {
+            write_images(folder, &run.cells[index]);
+        }
         writer.append(&Event::Verified { cell: index, result }).unwrap();
         for sample in 0..5 {
             let draw_ns = draw_ns + u64::from(sample);
