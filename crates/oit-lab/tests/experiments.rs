@@ -208,7 +208,8 @@ fn a_mistake_is_named_with_its_line_and_the_nearest_words() {
 #[test]
 fn a_frame_is_repeated_as_often_as_is_sensible() {
     let parse = |repeats: i64| {
-        let text = HEAD.replacen("samples = 2\n", &format!("samples = 2\nrepeats = {repeats}\n"), 1);
+        let text =
+            HEAD.replacen("samples = 2\n", &format!("samples = 2\nrepeats = {repeats}\n"), 1);
         Experiment::parse(Path::new("x.toml"), text + "[[sweep]]\nviews = []\n")
     };
     let repeats = |name| parse(20).expect("a good experiment").profile(name).repeats;
