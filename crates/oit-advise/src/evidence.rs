@@ -162,7 +162,9 @@ impl Evidence {
             let Some(cell) = record.run.cells.iter().find(|cell| cell.group() == *group) else {
                 continue;
             };
-            if cell.view.contains('@') || places.contains_key(group.as_str()) {
+            // Where nothing was counted, opaque spheres were drawn: no technique for transparency.
+            let uncounted = histogram.is_empty();
+            if cell.view.contains('@') || uncounted || places.contains_key(group.as_str()) {
                 continue;
             }
             places.insert(group, self.views.len());

@@ -58,7 +58,9 @@ fn evidence(tables: &Tables) -> Vec<(Evidence, BTreeSet<Stamp>)> {
         ) else {
             continue;
         };
-        if total.summary.median <= 0.0 {
+        // Opaque spheres are another task, and pools that are too small are so on purpose.
+        let whole_pool = cell.technique.is_method() || cell.technique.whole_pool();
+        if total.summary.median <= 0.0 || !whole_pool || histogram.is_empty() {
             continue;
         }
         let (evidence, stamps) = devices.entry(run.device()).or_default();

@@ -28,6 +28,29 @@ const ERRORS: [(&str, f64); 9] = [
 /// Writes a run on the views that the claims are of.
 pub(crate) fn write_run(folder: &Path, device: &str) {
     let views = [("atrium", "rbs-v2", 27), ("smoke", "bma", 138), ("planes2", "front", 128)];
+    write_views(folder, device, &views);
+}
+
+/// Writes a run on more scenes than all other synthetic records have.
+pub(crate) fn write_many_scenes(folder: &Path, device: &str) {
+    let scenes = [
+        "atrium",
+        "dragon",
+        "grid",
+        "hairball",
+        "planes",
+        "planes2",
+        "powerplant",
+        "smoke",
+        "stack",
+        "shells",
+        "cyclic",
+        "random_triangles",
+    ];
+    write_views(folder, device, &scenes.map(|scene| (scene, "any", 24)));
+}
+
+fn write_views(folder: &Path, device: &str, views: &[(&str, &str, u32)]) {
     let cell = |technique: &str, scene: &str, view: &str| Cell {
         technique: technique.to_owned(),
         scene: scene.to_owned(),
@@ -41,7 +64,7 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
         .collect();
     let run = run_of(device, cells.iter().map(|(cell, _)| cell.clone()).collect());
     let mut writer = RunWriter::create(folder, &run).unwrap();
-    for (scene, view, peak) in views {
+    for &(scene, view, peak) in views {
         let (group, histogram) = (cell("", scene, view).group(), histogram(scene, peak));
         writer.append(&Event::Counted { group, triangles: 9, spheres: None, histogram }).unwrap();
     }
