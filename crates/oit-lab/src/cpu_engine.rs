@@ -10,12 +10,12 @@ use oit_gpu::{Part, Timing};
 use oit_image::Image;
 use oit_record::{DeviceInfo, Unsupported};
 use oit_sort::Scratch;
-use oit_spheres::{SphereBytes, SphereRequest, Variation, twin};
+use oit_spheres::{SphereBytes, Variation, twin};
 use rayon::prelude::*;
 
 use crate::assemble::{array, intervals, needs_lists, sort_spec};
 use crate::engine::{
-    CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData, draws_itself, no_spheres,
+    CellError, Engine, FrameSize, Preparation, Ready, Source, ViewData, draws_itself,
 };
 use crate::method::MethodChoice;
 use crate::technique::{Pool, Sorted, Stage, Technique};
@@ -110,17 +110,11 @@ impl CpuEngine {
 
     fn run_spheres(&self, variation: &Variation) -> Result<Ran, CellError> {
         let view = &self.view()?.0;
-        let Source::Scene(scene) = &view.source else { return Err(no_spheres(variation)) };
-        let Some(spheres) = &scene.spheres else { return Err(no_spheres(variation)) };
-        let FrameSize { width_px, height_px } = view.size;
+        let (scene, spheres) = view.sphere_scene(variation)?;
+        // A copy for a device, of which the twin reads the spheres: none of its work.
+        let bytes = SphereBytes::new(spheres);
+        let request = scene.sphere_request(&bytes, view.size);
         let started = Instant::now();
-        let request = SphereRequest {
-            spheres: &SphereBytes::new(spheres),
-            shading: &scene.shading,
-            camera: &scene.camera,
-            width_px,
-            height_px,
-        };
         let picture = twin(variation, &request).map_err(CellError::Unsupported)?;
         let total_ns = ns(started);
         let stages = vec![("draw", total_ns)];
@@ -244,10 +238,7 @@ impl Engine for CpuEngine {
             }
             Technique::Method(_) => (0, 0),
             Technique::Spheres(variation) => {
-                let scene = matches!(&view.source, Source::Scene(scene) if scene.spheres.is_some());
-                if !scene {
-                    return Err(no_spheres(variation));
-                }
+                view.sphere_scene(variation)?;
                 (0, 0)
             }
         };

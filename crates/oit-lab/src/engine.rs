@@ -9,7 +9,7 @@ use oit_gpu::{GpuError, Timing};
 use oit_image::Image;
 use oit_record::{Bandwidth, DeviceInfo, PassWork, Program};
 use oit_scene::{Camera, Mesh, Scene, Shading, Spheres};
-use oit_spheres::Variation;
+use oit_spheres::{SphereBytes, SphereRequest, Variation};
 
 use crate::cpu_engine::CpuEngine;
 use crate::gpu_engine::GpuEngine;
@@ -106,6 +106,19 @@ pub struct SceneView {
     pub geometry: Geometry,
 }
 
+impl SceneView {
+    /// What is asked of a way of drawing these spheres in a frame of this size.
+    pub(crate) fn sphere_request<'a>(
+        &'a self,
+        spheres: &'a SphereBytes,
+        size: FrameSize,
+    ) -> SphereRequest<'a> {
+        let FrameSize { width_px, height_px } = size;
+        let Self { shading, camera, .. } = self;
+        SphereRequest { spheres, shading, camera, width_px, height_px }
+    }
+}
+
 impl ViewData {
     /// A view of a scene.
     ///
@@ -147,6 +160,25 @@ impl ViewData {
     pub fn stored(lfb: Lfb) -> Self {
         let size = FrameSize { width_px: lfb.width(), height_px: lfb.height() };
         Self { source: Source::Stored(Arc::new(lfb)), size, counted: true }
+    }
+
+    /// The scene, and its spheres, for a way of drawing them.
+    ///
+    /// # Errors
+    /// Where there are none.
+    pub(crate) fn sphere_scene(
+        &self,
+        variation: &Variation,
+    ) -> Result<(&SceneView, &Arc<Spheres>), CellError> {
+        let scene = match &self.source {
+            Source::Scene(scene) => Some(scene),
+            Source::Stored(_) => None,
+        };
+        let found = scene.and_then(|scene| Some((&**scene, scene.spheres.as_ref()?)));
+        found.ok_or_else(|| {
+            let what = format!("{variation} draws spheres, and this scene has none");
+            CellError::Unsupported(what)
+        })
     }
 
     /// Spheres there are, every object in full detail; `None` where it is not of spheres.
@@ -201,11 +233,6 @@ pub struct Memory {
     pub lfb_bytes: Option<u64>,
     /// The most at once: with the first pool, where a second took its place.
     pub peak_bytes: u64,
-}
-
-/// Why a way of drawing spheres cannot draw what is no spheres.
-pub(crate) fn no_spheres(variation: &Variation) -> CellError {
-    CellError::Unsupported(format!("{variation} draws spheres, and this scene has none"))
 }
 
 /// Why a method cannot go by fragments that were captured before.

@@ -9,14 +9,13 @@ use oit_fragments::{DepthHistogram, Lfb};
 use oit_gpu::{Buffer, Device, GpuError, Plan, PlanId, Timing};
 use oit_image::Image;
 use oit_record::{Bandwidth, DeviceInfo, PassWork, Unsupported};
-use oit_spheres::{SphereBytes, SphereRequest, Variation};
+use oit_spheres::{SphereBytes, Variation};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
 use crate::bandwidth::{BANDWIDTH_BYTES, measure_bandwidth};
 use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
 use crate::engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
-    no_spheres,
 };
 use crate::method::MethodChoice;
 use crate::technique::{PoolPolicy, Sorted, Stage, Technique};
@@ -233,16 +232,9 @@ impl GpuEngine {
         variation: &Variation,
     ) -> Result<(Ready, Preparation), CellError> {
         let view = self.view()?;
-        let Source::Scene(scene) = &view.data.source else { return Err(no_spheres(variation)) };
-        let Some(spheres) = &scene.spheres else { return Err(no_spheres(variation)) };
-        let FrameSize { width_px, height_px } = view.data.size;
-        let request = SphereRequest {
-            spheres: view.spheres.get_or_init(|| SphereBytes::new(spheres)),
-            shading: &scene.shading,
-            camera: &scene.camera,
-            width_px,
-            height_px,
-        };
+        let (scene, spheres) = view.data.sphere_scene(variation)?;
+        let bytes = view.spheres.get_or_init(|| SphereBytes::new(spheres));
+        let request = scene.sphere_request(bytes, view.data.size);
         let plan = variation.plan(&request).map_err(CellError::Unsupported)?;
         self.prepare_whole(&plan)
     }

@@ -154,6 +154,38 @@ struct Asked<'a> {
     breaks: Option<&'a Path>,
 }
 
+/// The last picture of a cell that was compared, and the right one.
+struct Look<'a> {
+    engine: &'a mut dyn Engine,
+    ready: Ready,
+    right: &'a [[f64; 4]],
+}
+
+impl Look<'_> {
+    /// Does what is asked of it besides: what an eye makes of its errors, and pictures that are kept.
+    /// `counts` are the fragments of each pixel.
+    fn at(
+        self,
+        asked: Asked,
+        counts: impl FnOnce() -> Vec<u32>,
+        result: &mut Verification,
+    ) -> Result<(), CellError> {
+        let failed = |error: oit_image::ImageError| CellError::Failed(error.to_string());
+        let Self { engine, ready, right } = self;
+        if asked.perceptual && result.verdict == Verdict::Approximate {
+            let seen = oit_image::perceptual(&engine.picture(ready)?, right).map_err(failed)?;
+            (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
+        }
+        if let Some(stem) = asked.breaks.filter(|_| result.breaks()) {
+            kept::keep_break(stem, &engine.picture(ready)?, right).map_err(failed)?;
+        }
+        if let Some(stem) = asked.images {
+            kept::keep(stem, &engine.picture(ready)?, right, &counts()).map_err(failed)?;
+        }
+        Ok(())
+    }
+}
+
 #[derive(Default)]
 struct Worker {
     engine: Option<Box<dyn Engine>>,
@@ -395,24 +427,13 @@ impl Worker {
                 verifier.repeat(asked.repeats);
                 let mut result =
                     verifier.verify_by(check, &mut **engine, technique, ready, &preparation)?;
-                if asked.perceptual && result.verdict == Verdict::Approximate {
-                    let seen = oit_image::perceptual(&engine.picture(ready)?, verifier.picture())
-                        .map_err(|error| CellError::Failed(error.to_string()))?;
-                    (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
-                }
                 if let Some(stability) = &mut result.stability {
                     let (picture, right) = (engine.picture(ready)?, verifier.picture());
                     stability.change = self.changes.next(technique, &picture, right);
                 }
-                if let Some(stem) = asked.breaks.filter(|_| result.breaks()) {
-                    kept::keep_break(stem, &engine.picture(ready)?, verifier.picture())
-                        .map_err(|error| CellError::Failed(error.to_string()))?;
-                }
-                if let Some(stem) = asked.images {
-                    let counts: Vec<u32> = verifier.reference().counts().collect();
-                    kept::keep(stem, &engine.picture(ready)?, verifier.picture(), &counts)
-                        .map_err(|error| CellError::Failed(error.to_string()))?;
-                }
+                let counts = || verifier.reference().counts().collect();
+                let look = Look { engine: &mut **engine, ready, right: verifier.picture() };
+                look.at(asked, counts, &mut result)?;
                 Some(result)
             }
             _ => None,
@@ -430,23 +451,12 @@ impl Worker {
         let (Some(engine), Some(verifier)) = (&mut self.engine, &mut self.spheres) else {
             return Err(CellError::Failed("no view of spheres is open".into()));
         };
-        let failed = |error: oit_image::ImageError| CellError::Failed(error.to_string());
         let mut result =
             verifier.verify(&mut **engine, variation, ready, preparation, asked.repeats)?;
-        let perceptual = asked.perceptual && result.verdict == Verdict::Approximate;
-        if !perceptual && asked.images.is_none() {
-            return Ok(result);
-        }
         let right = verifier.expected(variation.detail).picture();
         let right: Vec<[f64; 4]> = right.iter().map(|pixel| pixel.map(f64::from)).collect();
-        let image = engine.picture(ready)?;
-        if perceptual {
-            let seen = oit_image::perceptual(&image, &right).map_err(failed)?;
-            (result.ssim, result.flip) = (Some(seen.ssim), Some(seen.flip));
-        }
-        if let Some(stem) = asked.images {
-            kept::keep(stem, &image, &right, &vec![0; right.len()]).map_err(failed)?;
-        }
+        let look = Look { engine: &mut **engine, ready, right: &right };
+        look.at(asked, || vec![0; right.len()], &mut result)?;
         Ok(result)
     }
 

@@ -1,16 +1,14 @@
 //! What approximate techniques do to the picture: theirs, the right one and a map of the errors between.
 
 use analysis::{CellResult, Tables};
-use oit_image::false_color;
 use oit_record::Verdict;
 
 use super::Figure;
 use super::approx_accuracy::wanted;
-use super::images::{self, Errors, Rgb};
+use super::images;
 use crate::FigureError;
 use crate::axis::number;
-use crate::canvas::Colour;
-use crate::chart::{Picture, PictureRow, Pictures};
+use crate::chart::{PictureRow, Pictures};
 use crate::claims::ErrorOf;
 use crate::data::{Group, groups_with};
 use crate::output::{Csv, Output, Stamp, Table, Value};
@@ -18,9 +16,6 @@ use crate::technique_names::label;
 
 /// Pictures of approximate techniques with their errors.
 pub(super) struct ApproxErrors;
-
-/// The error, in 255ths, from which the map has its brightest colour.
-const BRIGHTEST: u16 = 32;
 
 impl Figure for ApproxErrors {
     fn name(&self) -> &'static str {
@@ -84,18 +79,6 @@ fn output(group: &Group) -> Result<Option<Output>, FigureError> {
         csv.rows.push(row.chain(errors.map(|error| format!("{error}"))).collect());
         let row = [Value::from(name.clone()), format!("{} %", number(percent)).into()].into_iter();
         table.rows.push(row.chain(errors[1..].iter().map(|error| number(*error).into())).collect());
-        let picture = |Rgb { width, bytes }: Rgb, title: &str| Picture {
-            title: title.to_owned(),
-            width,
-            rgb: bytes,
-        };
-        let Errors { width, values } = kept.error;
-        let colour = |error: u16| false_color(u32::from(error.min(BRIGHTEST)), BRIGHTEST.into());
-        let map = Picture {
-            title: "Errors of colour".to_owned(),
-            width,
-            rgb: values.into_iter().flat_map(colour).collect(),
-        };
         rows.push(PictureRow {
             title: format!(
                 "{name}: {} % of pixels wrong, by up to {}, RMSE {}",
@@ -104,28 +87,20 @@ fn output(group: &Group) -> Result<Option<Output>, FigureError> {
                 number(said.rmse)
             ),
             pictures: vec![
-                picture(kept.picture, "Its picture"),
-                picture(right.clone(), "The right one"),
-                map,
+                kept.picture.titled("Its picture"),
+                right.clone().titled("The right one"),
+                kept.error.map("Errors of colour"),
             ],
         });
     }
     if rows.is_empty() {
         return Ok(None);
     }
-    let scale = (0..BRIGHTEST).map(|step| {
-        let [red, green, blue] = false_color(u32::from(step) + 1, BRIGHTEST.into());
-        Colour(red, green, blue)
-    });
-    let ends = [
-        "Errors: black none, then 1/255".to_owned(),
-        format!("{BRIGHTEST}/255 and more, of a colour channel"),
-    ];
     Ok(Some(Output {
         name: format!("approx-errors-{}-{}", group.slug(), group.device_slug()),
         title: format!("What approximate techniques get wrong: {}", group.title()),
         subtitle: group.conditions(),
-        chart: Box::new(Pictures { rows, scale: (scale.collect(), ends) }),
+        chart: Box::new(Pictures { rows, scale: images::error_scale() }),
         tables: vec![table],
         csv,
         notes: vec![format!(

@@ -6,9 +6,12 @@ use std::io::BufReader;
 use std::path::PathBuf;
 
 use analysis::RunInfo;
+use oit_image::false_color;
 use oit_record::Cell;
 
 use crate::FigureError;
+use crate::canvas::Colour;
+use crate::chart::Picture;
 
 /// The pictures of one cell.
 pub(super) struct Images {
@@ -36,6 +39,38 @@ pub(super) struct Errors {
     pub(super) width: usize,
     /// 255ths, row by row.
     pub(super) values: Vec<u16>,
+}
+
+/// The error, in 255ths, from which a map has its brightest colour.
+const BRIGHTEST: u16 = 32;
+
+impl Rgb {
+    /// The picture for a chart.
+    pub(super) fn titled(self, title: &str) -> Picture {
+        Picture { title: title.to_owned(), width: self.width, rgb: self.bytes }
+    }
+}
+
+impl Errors {
+    /// The map for a chart, in the colours of [`error_scale`].
+    pub(super) fn map(self, title: &str) -> Picture {
+        let colour = |error: u16| false_color(u32::from(error.min(BRIGHTEST)), BRIGHTEST.into());
+        let rgb = self.values.into_iter().flat_map(colour).collect();
+        Picture { title: title.to_owned(), width: self.width, rgb }
+    }
+}
+
+/// The colours of maps of errors, and what their ends mean.
+pub(super) fn error_scale() -> (Vec<Colour>, [String; 2]) {
+    let colours = (0..BRIGHTEST).map(|step| {
+        let [red, green, blue] = false_color(u32::from(step) + 1, BRIGHTEST.into());
+        Colour(red, green, blue)
+    });
+    let ends = [
+        "Errors: black none, then 1/255".to_owned(),
+        format!("{BRIGHTEST}/255 and more, of a colour channel"),
+    ];
+    (colours.collect(), ends)
 }
 
 /// The least side of square blocks that a frame so wide was divided into.

@@ -2,22 +2,17 @@
 //! pixel and a map of errors.
 
 use analysis::{CellResult, Tables};
-use oit_image::false_color;
 
 use super::Figure;
-use super::images::{self, Errors, Rgb};
+use super::images;
 use crate::FigureError;
 use crate::axis::number;
-use crate::canvas::Colour;
-use crate::chart::{Picture, PictureRow, Pictures};
+use crate::chart::{PictureRow, Pictures};
 use crate::data::{Group, groups_with};
 use crate::output::{Csv, Output, Stamp, Table};
 
 /// Pictures of ways of drawing spheres.
 pub(super) struct SpheresRenders;
-
-/// The error, in 255ths, from which the map has its brightest colour.
-const BRIGHTEST: u16 = 32;
 
 impl Figure for SpheresRenders {
     fn name(&self) -> &'static str {
@@ -60,18 +55,6 @@ fn output(group: &Group) -> Result<Output, FigureError> {
             format!("{}", said.max_error),
             format!("{}", said.rmse),
         ]);
-        let picture = |Rgb { width, bytes }: Rgb, title: &str| Picture {
-            title: title.to_owned(),
-            width,
-            rgb: bytes,
-        };
-        let Errors { width, values } = kept.error;
-        let colour = |error: u16| false_color(u32::from(error.min(BRIGHTEST)), BRIGHTEST.into());
-        let map = Picture {
-            title: "Errors of colour, rims of spheres included".to_owned(),
-            width,
-            rgb: values.into_iter().flat_map(colour).collect(),
-        };
         rows.push(PictureRow {
             title: format!(
                 "{name}: {} pixels wrong beside {} at rims, by up to {}",
@@ -80,20 +63,12 @@ fn output(group: &Group) -> Result<Output, FigureError> {
                 number(said.max_error)
             ),
             pictures: vec![
-                picture(kept.picture, "Its picture"),
-                picture(kept.detail, "A detail, pixel by pixel"),
-                map,
+                kept.picture.titled("Its picture"),
+                kept.detail.titled("A detail, pixel by pixel"),
+                kept.error.map("Errors of colour, rims of spheres included"),
             ],
         });
     }
-    let scale = (0..BRIGHTEST).map(|step| {
-        let [red, green, blue] = false_color(u32::from(step) + 1, BRIGHTEST.into());
-        Colour(red, green, blue)
-    });
-    let ends = [
-        "Errors: black none, then 1/255".to_owned(),
-        format!("{BRIGHTEST}/255 and more, of a colour channel"),
-    ];
     let table = Table {
         heading: String::new(),
         columns: heads.map(str::to_owned).to_vec(),
@@ -106,7 +81,7 @@ fn output(group: &Group) -> Result<Output, FigureError> {
             Some(spheres) => format!("{}; {spheres} spheres in full detail", group.conditions()),
             None => group.conditions(),
         },
-        chart: Box::new(Pictures { rows, scale: (scale.collect(), ends) }),
+        chart: Box::new(Pictures { rows, scale: images::error_scale() }),
         tables: vec![table],
         csv,
         notes: vec![
