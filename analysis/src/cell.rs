@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use oit_record::statistics::Summary;
+use oit_record::statistics::{Summary, median};
 use oit_record::{Cell, Event, PassWork, Program, Record, Verdict, Verification};
 
 use crate::{AnalysisError, RESOLVE, TOTAL, Technique};
@@ -77,10 +77,22 @@ pub struct CellResult {
 }
 
 impl CellResult {
-    /// The median of a stage in milliseconds, if the cell is charted and has that stage.
+    /// The median of a stage in milliseconds, if the cell is charted and has that stage. Of stages joined
+    /// by `+` (`preprocess+draw`) it is the median of each sample's sum.
     #[must_use]
     pub fn median_ms(&self, stage: &str) -> Option<f64> {
-        self.times.get(stage).map(|timing| timing.summary.median / 1e6)
+        if let Some(timing) = self.times.get(stage) {
+            return Some(timing.summary.median / 1e6);
+        }
+        let mut stages = stage.split('+').map(|stage| self.times.get(stage));
+        let mut sums: Vec<f64> = stages.next()??.samples_ns.iter().map(|&ns| ns as f64).collect();
+        for timing in stages {
+            // A charted cell's samples have the same stages.
+            for (sum, &ns) in sums.iter_mut().zip(&timing?.samples_ns) {
+                *sum += ns as f64;
+            }
+        }
+        median(&sums).map(|ns| ns / 1e6)
     }
 
     /// Root mean square error of the picture: 0 for cells found exact.

@@ -7,11 +7,13 @@ mod measured;
 mod paper;
 mod rule;
 mod verdict;
+mod work_of;
 
 pub use crate::series::Varies;
 pub use error_of::ErrorOf;
 pub use rule::{Bounds, Combine, Finding, MemoryOf, ProgramOf, Rule};
 pub use verdict::{Answer, Verdict, csv, markdown, printed, verdicts};
+pub use work_of::WorkOf;
 
 use serde::Deserialize;
 
@@ -90,4 +92,31 @@ pub fn all() -> Result<Vec<Claims>, FigureError> {
         toml::from_str(text).map_err(|error| FigureError::Data { file, reason: error.to_string() })
     };
     FILES.iter().map(read).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A claim on a way of drawing that no experiment has would stay untested without a word.
+    #[test]
+    fn ways_of_drawing_spheres_in_claims_are_in_the_experiment() {
+        let experiment = include_str!("../../experiments/spheres-tables.toml");
+        // "all" of the experiment's first sweep is this list.
+        let named = include_str!("../../crates/oit-spheres/src/named.rs");
+        let files = all().unwrap();
+        let claims = files.iter().flat_map(|file| &file.claims);
+        let mut found = 0;
+        for claim in claims {
+            for technique in claim.rule.techniques() {
+                if technique.starts_with("spheres/") {
+                    let quoted = format!("\"{technique}\"");
+                    let known = experiment.contains(&quoted) || named.contains(&quoted);
+                    assert!(known, "{}: {technique}", claim.id);
+                    found += 1;
+                }
+            }
+        }
+        assert!(found > 100, "{found} names");
+    }
 }

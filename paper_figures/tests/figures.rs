@@ -742,8 +742,8 @@ fn ways_of_drawing_spheres_stand_beside_the_thesis() {
     let figure = FIGURES.iter().find(|figure| figure.name() == "spheres-tables").unwrap();
     let outputs = figure.draw(&of_spheres(root.path())).unwrap();
     let of = |name: &str| outputs.iter().find(|o| o.name.starts_with(name)).unwrap();
-    // Tables 3.2 to 4.1 of three sizes of the virus, 3.1 of the stack.
-    assert_eq!(outputs.len(), 16);
+    // Each table once, whatever sizes of the virus there are, and none over another.
+    assert_eq!(outputs.len(), 6);
     let stack = of("spheres-table-3-1-");
     let front = [("row", "per-fragment depth"), ("column", "front-to-back")];
     assert_eq!(field(stack, &front, "published"), "5.5");
@@ -752,6 +752,37 @@ fn ways_of_drawing_spheres_stand_beside_the_thesis() {
     let ms = |row: &str| field(outputs_of, &[("row", row)], "median").parse::<f64>().unwrap();
     assert!((ms("64 byte") / ms("4 byte") - 16.0).abs() < 0.01);
     assert_eq!(field(outputs_of, &[("row", "12 byte")], "verdict"), "approximate");
+}
+
+#[test]
+fn claims_on_work_are_decided_by_what_was_counted() {
+    let root = tempfile::tempdir().unwrap();
+    let verdicts = claims::verdicts(&of_spheres(root.path())).unwrap();
+    let verdict = |id: &str| verdicts.iter().find(|verdict| verdict.claim.id == id).unwrap();
+    let figure = |id: &str| verdict(id).figure().unwrap_or_else(|| panic!("{:?}", verdict(id)));
+    // An early test spares nine tenths, on both scenes of the claim's that are there.
+    let once = verdict("spheres-once-a-pixel");
+    assert_eq!((once.word(), once.figure()), ("does not hold", Some(0.1)));
+    assert_eq!(figure("spheres-all-pass"), 1.0);
+    // By another count of the same pass, and by pixels.
+    assert_eq!(figure("spheres-larger-sets"), 200.0);
+    assert_eq!(figure("spheres-tessellated-too-many"), 2.0);
+    let pixels = f64::from(synthetic::WIDTH_PX * synthetic::HEIGHT_PX);
+    let fragments = spheres::FRAGMENTS_OF_SPHERE as f64;
+    assert_eq!(figure("spheres-stack-overdraw"), fragments * 10_000.0 / pixels);
+    // The preprocessing dispatch and the pass that shades are other stages.
+    let load = fragments / (fragments + 2.0 + 2.0 + 0.02);
+    assert!((figure("spheres-fragment-load") - load).abs() < 1e-12);
+    // Bytes over what could be written in the median time of the stage.
+    let millions = |ns: f64| fragments * 64.0 * 1e6 / (spheres::ATTACHMENT_BYTES_PER_S * ns / 1e9);
+    let bound = figure("spheres-output-units-bound");
+    assert!((bound / millions(192_002.0) - 1.0).abs() < 1e-9, "{bound}");
+    // Stages that are joined are added up sample by sample.
+    let (all, four) = (192_002.0 + 2_000.0, 12_002.0 + 2_000.0);
+    assert!((figure("spheres-output-with-shading") - all / four).abs() < 1e-12);
+    // No view from inside, and the paper has no counts.
+    assert_eq!(verdict("spheres-culling-inside").word(), "not tested");
+    assert_eq!(verdict("spheres-overdraw").published, None);
 }
 
 #[test]
@@ -1192,6 +1223,8 @@ fn work_is_set_against_time_and_bandwidth() {
         let share: f64 = of("draw", "share_of_bandwidth").parse().unwrap();
         let expected = bytes as f64 * 1e9 / work::DRAW_NS as f64 / work::BEST_BYTES_PER_S;
         assert!((share / expected - 1.0).abs() < 1e-9, "{share} {expected}");
+        let of_attachments: f64 = of("draw", "share_of_attachment_bandwidth").parse().unwrap();
+        assert!((of_attachments / share - 2.0).abs() < 1e-9, "measured at half");
         let per_fragment: f64 = of("draw", "ns_per_fragment").parse().unwrap();
         assert!((per_fragment - work::DRAW_NS as f64 / *fragments as f64).abs() < 1e-9);
         // The whole frame has the dispatch too, and its time.

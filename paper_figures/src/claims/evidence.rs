@@ -3,6 +3,7 @@
 use analysis::Ratio;
 
 use super::error_of::ErrorOf;
+use super::work_of::WorkOf;
 use crate::series::Varies;
 
 /// A scene, by its name without parameters, and a view.
@@ -33,6 +34,9 @@ pub(super) trait Evidence {
 
     /// What is told of a technique's resolve programs on a view, one an interval.
     fn programs(&self, technique: &str, view: &View) -> Result<Vec<Told>, String>;
+
+    /// How much work passes of a technique are, or what that is set against.
+    fn work(&self, ask: &WorkQuestion) -> Result<f64, String>;
 
     /// The fastest of some sorts over the fastest of others, at each depth asked for, where each covered
     /// pixel has the same number of fragments in random order.
@@ -103,6 +107,20 @@ pub(super) struct SeriesPoint {
     pub(super) at: u64,
     /// The figures, in the order of the techniques asked for.
     pub(super) figures: Vec<f64>,
+}
+
+/// Which work a rule asks for.
+pub(super) struct WorkQuestion<'a> {
+    /// The technique.
+    pub(super) technique: &'a str,
+    /// The view.
+    pub(super) view: &'a View,
+    /// What is counted, or what it is divided by.
+    pub(super) of: WorkOf,
+    /// Passes of this stage, of these stages joined by `+`, or of all: [`analysis::TOTAL`].
+    pub(super) stage: &'a str,
+    /// Of these only passes whose label starts so.
+    pub(super) pass: Option<&'a str>,
 }
 
 /// What is told of a program.

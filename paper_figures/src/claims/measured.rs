@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, Tables};
+use analysis::{CellResult, ProgramFigures, RESOLVE, Ratio, State, TOTAL, Tables};
 
 use super::error_of::ErrorOf;
 use super::evidence::{
     Along, Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told,
-    View,
+    View, WorkQuestion,
 };
+use super::work_of::WorkOf;
 use crate::data::{Group, all_groups, frames, groups, groups_with, is_view, random_depth};
 use crate::figures::lfb_memory::lfb_bytes_at_16;
 use crate::series::series;
@@ -215,6 +216,53 @@ impl Evidence for Measured<'_> {
             }
         });
         Ok(told.collect())
+    }
+
+    fn work(&self, ask: &WorkQuestion) -> Result<f64, String> {
+        let WorkQuestion { technique, view, of, stage, pass } = *ask;
+        let cell = self.cell(technique, view)?;
+        let group = self.group(view).ok_or_else(|| not_measured(technique, &view.0, &view.1))?;
+        let moved = |bytes_per_s: Option<f64>| {
+            if pass.is_some() {
+                return Err("passes of a stage are not timed apart".to_owned());
+            }
+            let seconds = self.time_ms(technique, view, stage)? / 1e3;
+            let bytes_per_s = bytes_per_s.ok_or_else(|| "no bandwidth was measured".to_owned())?;
+            Ok(bytes_per_s * seconds)
+        };
+        let counted = |count: Option<u64>| {
+            count.map(|count| count as f64).ok_or_else(|| format!("no count of {}", view.0))
+        };
+        let bandwidth = group.run.bandwidth.as_ref();
+        match of {
+            WorkOf::Pixels => {
+                Ok((u64::from(cell.name.width_px) * u64::from(cell.name.height_px)) as f64)
+            }
+            WorkOf::Triangles => counted(group.run.triangles(&group.name())),
+            WorkOf::Spheres => counted(group.run.spheres.get(&group.name()).copied()),
+            WorkOf::Fragments => counted(group.run.total_fragments(&group.name())),
+            WorkOf::Layers => {
+                let histogram = group.run.histogram(&group.name());
+                let deepest = histogram.and_then(|pixels| pixels.iter().rposition(|&px| px > 0));
+                counted(deepest.map(|deepest| deepest as u64))
+            }
+            WorkOf::BandwidthBytes => moved(bandwidth.map(oit_record::Bandwidth::best_bytes_per_s)),
+            WorkOf::AttachmentBandwidthBytes => {
+                moved(bandwidth.and_then(|told| Some(told.attachment?.bytes_per_s)))
+            }
+            _ => {
+                let of_stage = |name: &str| stage == TOTAL || stage.split('+').any(|s| s == name);
+                let asked = cell.work.iter().filter(|one| {
+                    of_stage(&one.stage) && pass.is_none_or(|label| one.label.starts_with(label))
+                });
+                let asked: Vec<_> = asked.collect();
+                if asked.is_empty() {
+                    return Err(format!("{technique}: no work recorded of {stage}"));
+                }
+                let count = of.of(asked).map(|count| count as f64);
+                count.ok_or_else(|| format!("{technique}: not all of {stage} was counted"))
+            }
+        }
     }
 
     fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String> {

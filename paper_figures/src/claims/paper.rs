@@ -7,6 +7,7 @@ use analysis::{RESOLVE, Ratio, TOTAL};
 use super::error_of::ErrorOf;
 use super::evidence::{
     Best, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+    WorkQuestion,
 };
 use crate::FigureError;
 use crate::figures::{bma_views, lfb_views, rbs_views, spheres_views};
@@ -132,6 +133,10 @@ impl Evidence for Paper {
 
     fn programs(&self, _: &str, _: &View) -> Result<Vec<Told>, String> {
         Err("nothing is published of programs".to_owned())
+    }
+
+    fn work(&self, _: &WorkQuestion) -> Result<f64, String> {
+        Err("no counts of work are published".to_owned())
     }
 
     fn best(&self, _: &BestQuestion) -> Result<Vec<Best>, String> {

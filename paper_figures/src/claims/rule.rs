@@ -8,8 +8,10 @@ use serde::Deserialize;
 use super::error_of::ErrorOf;
 use super::evidence::{
     Along, BestQuestion, Evidence, Memory, SeriesPoint, SeriesQuestion, SortQuestion, Told, View,
+    WorkQuestion,
 };
-use crate::axis::number;
+use super::work_of::WorkOf;
+use crate::axis::{number, three_digits};
 use crate::series::{Fit, Varies, passes};
 
 /// How the figures of several views become one.
@@ -449,6 +451,29 @@ pub enum Rule {
         #[serde(flatten)]
         bounds: Bounds,
     },
+    /// Counted work of a technique's passes, or that over another technique's. Where it is divided by
+    /// something (`per`), that is done first, for each technique by its own.
+    Work {
+        /// The technique.
+        technique: String,
+        /// The other, if it is compared with one.
+        over: Option<String>,
+        /// What is counted.
+        of: WorkOf,
+        /// What it is divided by.
+        per: Option<WorkOf>,
+        /// The stage of the passes, stages joined by `+`, or `total` for all.
+        stage: String,
+        /// Only passes whose label starts so.
+        pass: Option<String>,
+        /// The views.
+        views: Vec<View>,
+        /// How views are combined.
+        combine: Combine,
+        /// The bounds.
+        #[serde(flatten)]
+        bounds: Bounds,
+    },
     /// The resolve time of the fastest of some sorts over that of the fastest of others, all else
     /// equal and in one run, where each covered pixel has the same number of fragments in random
     /// order of depth. The greatest of the depths.
@@ -581,6 +606,11 @@ fn dominant(points: &[SeriesPoint], from: u64, until: u64) -> Result<Finding, St
     })
 }
 
+/// One amount of work over another, which is that of a technique.
+fn divided(technique: &str, own: f64, other: f64) -> Result<f64, String> {
+    if other > 0.0 { Ok(own / other) } else { Err(format!("{technique} has none")) }
+}
+
 /// One error over another.
 fn over_error(own: f64, other: f64) -> f64 {
     match own == other {
@@ -700,7 +730,9 @@ impl Rule {
                 among.iter().chain([technique, baseline]).collect()
             }
             Self::Rest { techniques, .. } => techniques.iter().collect(),
-            Self::Programs { technique, over, .. } => over.iter().chain([technique]).collect(),
+            Self::Programs { technique, over, .. } | Self::Work { technique, over, .. } => {
+                over.iter().chain([technique]).collect()
+            }
             Self::Refused { technique, beside, .. } => vec![technique, beside],
             // These find their cells themselves.
             Self::NeverSlower { .. }
@@ -983,6 +1015,23 @@ impl Rule {
                         below if below > 0.0 => Ok(own / below),
                         _ => Err(format!("{over} takes none")),
                     }
+                })?;
+                (combine.of(&figures), *bounds, detail)
+            }
+            Self::Work { technique, over, of, per, stage, pass, views, combine, bounds } => {
+                let pass = pass.as_deref();
+                let amount = |technique: &str, view: &View| {
+                    let count =
+                        |of| evidence.work(&WorkQuestion { technique, view, of, stage, pass });
+                    match per {
+                        Some(per) => divided(technique, count(*of)?, count(*per)?),
+                        None => count(*of),
+                    }
+                };
+                let (figures, detail) = each_in(three_digits, views, evidence, |view| {
+                    let own = amount(technique, view)?;
+                    let Some(over) = over else { return Ok(own) };
+                    divided(over, own, amount(over, view)?)
                 })?;
                 (combine.of(&figures), *bounds, detail)
             }

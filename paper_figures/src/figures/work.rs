@@ -55,8 +55,16 @@ impl Row<'_> {
         (self.ns > 0.0).then(|| bytes / (self.ns / 1e9))
     }
 
+    /// Of the most that the device's memory was measured to move.
     fn share(&self, group: &Group) -> Option<f64> {
         let best = group.run.bandwidth.as_ref()?.best_bytes_per_s();
+        (best > 0.0).then_some(self.bytes_per_s()? / best)
+    }
+
+    /// Of what drawing was measured to write to attachments: the raster units may let through a
+    /// small part of what the memory takes.
+    fn attachment_share(&self, group: &Group) -> Option<f64> {
+        let best = group.run.bandwidth.as_ref()?.attachment?.bytes_per_s;
         (best > 0.0).then_some(self.bytes_per_s()? / best)
     }
 
@@ -112,6 +120,7 @@ fn output(group: &Group) -> Output {
             "cleared_bytes",
             "attachment_bytes_per_s",
             "share_of_bandwidth",
+            "share_of_attachment_bandwidth",
             "ns_per_fragment",
         ],
         rows: Vec::new(),
@@ -133,6 +142,7 @@ fn output(group: &Group) -> Output {
             sum.cleared_bytes.to_string(),
             plain(row.bytes_per_s()),
             plain(row.share(group)),
+            plain(row.attachment_share(group)),
             plain(row.ns_per_fragment()),
         ]);
     }
@@ -141,27 +151,51 @@ fn output(group: &Group) -> Output {
         name: format!("work-{}-{}", group.slug(), group.device_slug()),
         title: format!("Work and its speed: {}", group.title()),
         subtitle: group.conditions(),
-        chart: Box::new(chart(group, &totals)),
+        chart: Box::new(chart(group, &shown(&totals))),
         tables: vec![table(group, &all, pixels)],
         csv,
-        notes: notes(group),
+        notes: notes(group, totals.len()),
         stamps: [Stamp::of(group.run)].into(),
     }
 }
 
+/// The picture has room for so many techniques: the fastest.
+const MOST_BARS: usize = 30;
+
+/// What the picture shows, in the order of the table.
+fn shown<'a, 'b>(totals: &[&'a Row<'b>]) -> Vec<&'a Row<'b>> {
+    let mut times: Vec<f64> = totals.iter().map(|row| row.ns).collect();
+    times.sort_by(f64::total_cmp);
+    let most = times.get(MOST_BARS - 1).copied().unwrap_or(f64::INFINITY);
+    totals.iter().copied().filter(|row| row.ns <= most).take(MOST_BARS).collect()
+}
+
 fn chart(group: &Group, totals: &[&Row]) -> ShareBars {
     let mut panels = Vec::new();
-    if group.run.bandwidth.is_some() {
+    // What all names begin with says nothing.
+    let prefix = match totals.iter().all(|row| row.technique.starts_with("spheres/")) {
+        true => "spheres/",
+        false => "",
+    };
+    let label = |row: &Row| row.technique.trim_start_matches(prefix).to_owned();
+    let written =
+        |share: Option<f64>| or(share, |share| format!("{} %", three_digits(100.0 * share)), "–");
+    if let Some(told) = group.run.bandwidth {
+        let of_attachments = told.attachment.is_some();
         let bars = totals.iter().map(|row| {
-            let share = row.share(group);
-            ShareBar {
-                label: row.technique.to_owned(),
-                shares: vec![share.unwrap_or_default()],
-                annotation: or(share, |share| format!("{} %", three_digits(100.0 * share)), "–"),
-            }
+            let memory = row.share(group);
+            let (share, annotation) = match of_attachments {
+                true => {
+                    let share = row.attachment_share(group);
+                    (share, format!("{}, of memory's {}", written(share), written(memory)))
+                }
+                false => (memory, written(memory)),
+            };
+            ShareBar { label: label(row), shares: vec![share.unwrap_or_default()], annotation }
         });
+        let of = if of_attachments { "attachments'" } else { "memory's" };
         panels.push(SharePanel {
-            title: "Bytes written to attachments, of the bandwidth measured".to_owned(),
+            title: format!("Bytes written to attachments, of the {of} bandwidth measured"),
             parts: vec![("share, at most".to_owned(), SERIES[2])],
             bars: bars.collect(),
         });
@@ -171,7 +205,7 @@ fn chart(group: &Group, totals: &[&Row]) -> ShareBars {
         let all = invocations.iter().fold(0_u64, |all, &some| all.saturating_add(some)).max(1);
         let unknown = row.sum.compute_invocations.is_none();
         ShareBar {
-            label: row.technique.to_owned(),
+            label: label(row),
             shares: invocations.map(|some| some as f64 / all as f64).to_vec(),
             annotation: format!(
                 "{:.2} million{}",
@@ -194,7 +228,7 @@ fn table(group: &Group, all: &[Row], pixels: f64) -> Table {
         let sum = &row.sum;
         let per_px = sum.fragment_invocations.map(|fragments| fragments as f64 / pixels);
         let written = sum.attachment_bytes_at_most.map(|bytes| bytes as f64 / 1e6);
-        let percent = row.share(group).map(|share| 100.0 * share);
+        let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
         let short = |known| or(known, three_digits, "–");
         vec![
             row.technique.into(),
@@ -207,7 +241,8 @@ fn table(group: &Group, all: &[Row], pixels: f64) -> Table {
             or_dash(sum.compute_invocations).into(),
             short(written).into(),
             short(row.bytes_per_s().map(|bytes| bytes / 1e9)).into(),
-            short(percent).into(),
+            short(percent(row.share(group))).into(),
+            short(percent(row.attachment_share(group))).into(),
             short(row.ns_per_fragment()).into(),
         ]
     };
@@ -223,6 +258,7 @@ fn table(group: &Group, all: &[Row], pixels: f64) -> Table {
         "MB written at most",
         "GB/s",
         "% of bandwidth",
+        "% of attachments'",
         "ns per fragment",
     ];
     Table {
@@ -232,7 +268,7 @@ fn table(group: &Group, all: &[Row], pixels: f64) -> Table {
     }
 }
 
-fn notes(group: &Group) -> Vec<String> {
+fn notes(group: &Group, techniques: usize) -> Vec<String> {
     let measured = group.run.bandwidth.map(|told| {
         let gb = |bytes_per_s: f64| number((bytes_per_s / 1e8).round() / 10.0);
         let attachment = told.attachment.map_or("not measured".to_owned(), |attachment| {
@@ -240,7 +276,7 @@ fn notes(group: &Group) -> Vec<String> {
         });
         format!(
             "Measured in the same run: {} GB/s copied in compute (read and written), {} GB/s filled, \
-             attachments {attachment}. Shares are of the most of these.",
+             attachments {attachment}. The bandwidth of memory is the most of these.",
             gb(told.copy_bytes_per_s),
             gb(told.fill_bytes_per_s),
         )
@@ -254,7 +290,13 @@ fn notes(group: &Group) -> Vec<String> {
     let bytes = "Bytes written are at most: every fragment invocation writes all the attachments that its \
                  pass writes. Clears, what blending and tests read, and what shaders write to buffers \
                  (a captured fragment) are not among them, nor is a resolve in CUDA. Caches may join \
-                 writes, so a share can be above 100 %."
+                 writes, and fragments that are discarded or fail their test write nothing, so a share \
+                 can be above 100 %."
         .to_owned();
-    measured.into_iter().chain([counts, bytes]).collect()
+    let left_out = (techniques > MOST_BARS).then(|| {
+        format!(
+            "{techniques} techniques; the picture shows the fastest {MOST_BARS}, the table all."
+        )
+    });
+    measured.into_iter().chain([counts, bytes]).chain(left_out).collect()
 }

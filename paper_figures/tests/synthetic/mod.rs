@@ -50,8 +50,8 @@ pub(crate) const WRONG: &str = "linked_list/base/network+rbs/compute/peak";
 pub(crate) const OPTIMAL: &str =
     "linked_list/bma-stencil/insertion/fragment/peak/ties-depth/intervals-optimal";
 
-const WIDTH_PX: u32 = 96;
-const HEIGHT_PX: u32 = 54;
+pub(crate) const WIDTH_PX: u32 = 96;
+pub(crate) const HEIGHT_PX: u32 = 54;
 const SAMPLES: u32 = 12;
 
 fn techniques() -> Vec<String> {

@@ -4,7 +4,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use oit_record::{Cell, Event, RunWriter, Verdict, Verification};
+use oit_record::{
+    AttachmentBandwidth, Bandwidth, Cell, Event, PassKind, PassWork, RasterCounts, RunWriter,
+    Verdict, Verification,
+};
 
 use super::bma::write_images;
 use super::{HEIGHT_PX, WIDTH_PX, run_of, verification};
@@ -41,6 +44,56 @@ fn names() -> Vec<(String, u64)> {
     names
 }
 
+/// Fragments that are shaded where none is rejected before, for each sphere.
+pub(crate) const FRAGMENTS_OF_SPHERE: u64 = 50;
+/// Bytes a second written to attachments.
+pub(crate) const ATTACHMENT_BYTES_PER_S: f64 = 5e10;
+
+/// What a device counts of drawing so many spheres: a tenth of the fragments where an early test sees
+/// them front to back.
+fn passes(technique: &str, spheres: u64) -> Vec<PassWork> {
+    let early = technique.ends_with("front-to-back") && !technique.contains("sphere-depth");
+    let fragments = FRAGMENTS_OF_SPHERE * spheres / if early { 10 } else { 1 };
+    let bytes = technique.split("/bytes").nth(1).and_then(|bytes| bytes.split('/').next());
+    let counts = RasterCounts {
+        vertex_invocations: spheres / 100,
+        tessellation_patches: Some(spheres / 100),
+        tessellation_invocations: Some(2 * spheres),
+        geometry_invocations: Some(2 * spheres),
+        clipping_invocations: spheres,
+        clipping_primitives: spheres,
+        fragment_invocations: fragments,
+        ..RasterCounts::default()
+    };
+    let pass = |stage: &str, kind| PassWork {
+        stage: stage.to_owned(),
+        label: format!("{stage}: made up"),
+        kind,
+        cleared_bytes: 0,
+        color_bytes_per_fragment: 0,
+        depth_stencil_bytes_per_fragment: 0,
+        compute_invocations: (kind == PassKind::Compute).then_some(512),
+        counted: None,
+    };
+    let raster = |stage: &str, counted, color_bytes_per_fragment| PassWork {
+        color_bytes_per_fragment,
+        counted: Some(counted),
+        ..pass(stage, PassKind::Raster)
+    };
+    let full_screen = RasterCounts {
+        vertex_invocations: 3,
+        clipping_invocations: 1,
+        clipping_primitives: 1,
+        fragment_invocations: u64::from(WIDTH_PX * HEIGHT_PX),
+        ..RasterCounts::default()
+    };
+    vec![
+        pass("preprocess", PassKind::Compute),
+        raster("draw", counts, bytes.unwrap().parse().unwrap()),
+        raster("shade", full_screen, 16),
+    ]
+}
+
 /// Writes a run of the virus in three sizes and of the stack from both sides.
 pub(crate) fn write_run(folder: &Path, device: &str) {
     let mut cells = Vec::new();
@@ -67,6 +120,19 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
     });
     let run = run_of(device, named.collect());
     let mut writer = RunWriter::create(folder, &run).unwrap();
+    let attachment = Some(AttachmentBandwidth {
+        bytes_per_px: 64,
+        pixels: 1 << 22,
+        bytes_per_s: ATTACHMENT_BYTES_PER_S,
+    });
+    let measured = Bandwidth {
+        buffer_bytes: 1 << 28,
+        copy_bytes_per_s: 4e12,
+        fill_bytes_per_s: 3e12,
+        attachment,
+        repeats: 20,
+    };
+    writer.append(&Event::Bandwidth { measured }).unwrap();
     let mut counted = String::new();
     for (index, (technique, .., spheres, draw_ns, refused)) in cells.iter().enumerate() {
         let group = run.cells[index].group();
@@ -95,6 +161,8 @@ pub(crate) fn write_run(folder: &Path, device: &str) {
             write_images(folder, &run.cells[index]);
         }
         writer.append(&Event::Verified { cell: index, result }).unwrap();
+        let passes = passes(technique, *spheres);
+        writer.append(&Event::Work { cell: index, passes }).unwrap();
         for sample in 0..5 {
             let draw_ns = draw_ns + u64::from(sample);
             let stages = [("preprocess", 3_000), ("draw", draw_ns), ("shade", 2_000)];

@@ -19,6 +19,8 @@ struct Made {
     refused: BTreeMap<&'static str, Option<&'static str>>,
     programs: BTreeMap<&'static str, Vec<Told>>,
     best: BTreeMap<u64, f64>,
+    /// Of the passes of one stage.
+    work: Vec<(&'static str, WorkOf, f64)>,
     /// Along the one series: place, and figures by technique, whichever are asked for.
     series: Vec<(u64, Vec<(&'static str, f64)>)>,
 }
@@ -65,6 +67,12 @@ impl Evidence for Made {
 
     fn programs(&self, technique: &str, _: &View) -> Result<Vec<Told>, String> {
         self.programs.get(technique).cloned().ok_or_else(|| format!("no {technique}"))
+    }
+
+    fn work(&self, ask: &WorkQuestion) -> Result<f64, String> {
+        assert_eq!((ask.stage, ask.pass), ("draw", Some("draw: spheres")));
+        let found = self.work.iter().find(|(t, of, _)| *t == ask.technique && *of == ask.of);
+        found.map(|(.., count)| *count).ok_or_else(|| format!("no {}", ask.technique))
     }
 
     fn best(&self, ask: &BestQuestion) -> Result<Vec<Best>, String> {
@@ -467,4 +475,38 @@ fn memory_grows_along_a_series() {
     assert_eq!(answer(&rule("'a', 'b'", "greatest", "at_most = 1.1"), &made), (false, 7.0));
     assert_eq!(answer(&rule("'b'", "least", "at_least = 2.0"), &made), (true, 7.0));
     assert!(finding(&rule("'c'", "least", "at_least = 2.0"), &made).is_err());
+}
+
+#[test]
+fn work_is_counted_divided_and_compared() {
+    let (fragments, primitives) = (WorkOf::FragmentInvocations, WorkOf::Primitives);
+    let work = vec![
+        ("a", fragments, 300.0),
+        ("b", fragments, 400.0),
+        ("a", primitives, 30.0),
+        ("b", primitives, 10.0),
+        ("none", fragments, 0.0),
+    ];
+    let made = Made { work, ..Made::default() };
+    let rule = |rest: &str| {
+        format!(
+            "kind = 'work', of = 'fragment_invocations', stage = 'draw', pass = 'draw: spheres', \
+             views = [['x', 'v']], combine = 'mean', {rest}"
+        )
+    };
+    let over = "technique = 'a', over = 'b'";
+    assert_eq!(answer(&rule(&format!("{over}, at_most = 0.8")), &made), (true, 0.75));
+    assert_eq!(answer(&rule(&format!("{over}, above = 0.75")), &made), (false, 0.75));
+    assert_eq!(answer(&rule("technique = 'a', at_least = 300.0"), &made), (true, 300.0));
+    assert_eq!(
+        answer(&rule("technique = 'a', per = 'primitives', at_most = 9.0"), &made),
+        (false, 10.0)
+    );
+    // Each by its own: 10 over 40.
+    let both = format!("{over}, per = 'primitives', at_most = 0.25");
+    assert_eq!(answer(&rule(&both), &made), (true, 0.25));
+    let missing = |rest: &str| finding(&rule(rest), &made).unwrap_err();
+    assert_eq!(missing("technique = 'a', over = 'none', at_most = 1.0"), "none has none");
+    assert_eq!(missing("technique = 'c', at_most = 1.0"), "no c");
+    assert_eq!(missing("technique = 'none', per = 'primitives', at_most = 1.0"), "no none");
 }
