@@ -69,7 +69,10 @@ pub fn generate(
     let mut drawn = Vec::new();
     for figure in FIGURES.iter().filter(meant) {
         let mut outputs = figure.draw(tables)?;
-        outputs.retain(|output| only.is_none_or(|only| output.name.starts_with(only)));
+        // A figure that is named is drawn whole, however its files are called (`spheres-table-3-1`).
+        outputs.retain(|output| {
+            only.is_none_or(|only| figure.name().starts_with(only) || output.name.starts_with(only))
+        });
         drawn.push(Drawn { figure: *figure, files: write_all(&outputs, folder)? });
     }
     if drawn.is_empty() {

@@ -740,7 +740,11 @@ fn of_spheres(root: &Path) -> Tables {
 fn ways_of_drawing_spheres_stand_beside_the_thesis() {
     let root = tempfile::tempdir().unwrap();
     let figure = FIGURES.iter().find(|figure| figure.name() == "spheres-tables").unwrap();
-    let outputs = figure.draw(&of_spheres(root.path())).unwrap();
+    let tables = of_spheres(root.path());
+    let outputs = figure.draw(&tables).unwrap();
+    // By its name, which no file of it has.
+    let drawn = generate(&tables, &root.path().join("out"), Some("spheres-tables")).unwrap();
+    assert_eq!((drawn.len(), drawn[0].files.len()), (1, outputs.len()));
     let of = |name: &str| outputs.iter().find(|o| o.name.starts_with(name)).unwrap();
     // Each table once, whatever sizes of the virus there are, and none over another.
     assert_eq!(outputs.len(), 6);

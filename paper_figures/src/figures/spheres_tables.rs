@@ -74,7 +74,7 @@ fn output(table: &SphereTable, published: &Published, group: &Group) -> Output {
             "Medians in ms. Of first: the time over that of the first row, the thesis's and ours. \
              Shading, in a full-screen pass of its own, and all in all are ours alone."
                 .to_owned(),
-            "Our virus is generated and not the thesis's data: compare ratios, not times."
+            "Our scenes are generated and not the thesis's data: compare ratios, not times."
                 .to_owned(),
         ]
         .into_iter()

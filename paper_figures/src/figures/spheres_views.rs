@@ -184,7 +184,7 @@ pub(crate) const TABLES: [SphereTable; 6] = [
         ],
         beyond: &[
             (
-                "the same, pulled, conservative depth",
+                "one draw for each object, pulled, conservative depth",
                 "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4",
             ),
             (

@@ -159,15 +159,17 @@ fn output(group: &Group) -> Output {
     }
 }
 
-/// The picture has room for so many techniques: the fastest.
+/// The picture has room for so many techniques: the first, which others are compared with, and the fastest.
 const MOST_BARS: usize = 30;
 
 /// What the picture shows, in the order of the table.
 fn shown<'a, 'b>(totals: &[&'a Row<'b>]) -> Vec<&'a Row<'b>> {
-    let mut times: Vec<f64> = totals.iter().map(|row| row.ns).collect();
-    times.sort_by(f64::total_cmp);
-    let most = times.get(MOST_BARS - 1).copied().unwrap_or(f64::INFINITY);
-    totals.iter().copied().filter(|row| row.ns <= most).take(MOST_BARS).collect()
+    let mut places: Vec<usize> = (0..totals.len()).collect();
+    places.sort_by(|&a, &b| totals[a].ns.total_cmp(&totals[b].ns));
+    let fastest = places.into_iter().filter(|&place| place > 0).take(MOST_BARS - 1);
+    let mut shown: Vec<usize> = fastest.chain((!totals.is_empty()).then_some(0)).collect();
+    shown.sort_unstable();
+    shown.into_iter().map(|place| totals[place]).collect()
 }
 
 fn chart(group: &Group, totals: &[&Row]) -> ShareBars {
@@ -294,9 +296,7 @@ fn notes(group: &Group, techniques: usize) -> Vec<String> {
                  can be above 100 %."
         .to_owned();
     let left_out = (techniques > MOST_BARS).then(|| {
-        format!(
-            "{techniques} techniques; the picture shows the fastest {MOST_BARS}, the table all."
-        )
+        format!("{techniques} techniques; the picture shows the first and the fastest of the others, the table all.")
     });
     measured.into_iter().chain([counts, bytes]).chain(left_out).collect()
 }
