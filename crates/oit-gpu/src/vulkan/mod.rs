@@ -69,9 +69,12 @@ pub struct Vulkan {
 struct Resources {
     undefined: HashMap<(String, u64, bool), Rc<Buffer>>,
     // The data is held, so that no other data can take its address.
-    given: HashMap<(usize, bool), (Arc<[u8]>, Rc<Buffer>)>,
+    given: HashMap<(usize, bool), Given>,
     targets: HashMap<(String, Format, u32, u32), Rc<Image>>,
 }
+
+/// Data, and the buffer that holds it.
+type Given = (Arc<[u8]>, Rc<Buffer>);
 
 impl Vulkan {
     /// Opens the device of this index in the loader's order. Compiled pipelines are kept in
