@@ -37,8 +37,7 @@ pub struct DeviceBuffer(Memory);
 #[derive(Debug)]
 enum Memory {
     Own(CudaSlice<u8>),
-    /// Where it is, as kernels are told, and what keeps it there.
-    Imported(sys::CUdeviceptr, Imported),
+    Imported(Imported),
 }
 
 impl DeviceBuffer {
@@ -47,7 +46,7 @@ impl DeviceBuffer {
     pub fn bytes(&self) -> u64 {
         match &self.0 {
             Memory::Own(slice) => slice.len() as u64,
-            Memory::Imported(_, imported) => imported.bytes() as u64,
+            Memory::Imported(imported) => imported.bytes as u64,
         }
     }
 
@@ -61,7 +60,7 @@ impl DeviceBuffer {
     fn pass_to<'a>(&'a self, launch: &mut LaunchArgs<'a>) {
         match &self.0 {
             Memory::Own(slice) => launch.arg(slice),
-            Memory::Imported(pointer, _) => launch.arg(pointer),
+            Memory::Imported(imported) => launch.arg(&imported.pointer),
         };
     }
 }
@@ -183,21 +182,21 @@ impl Cuda {
                 "{name} is on GPU {there}, and CUDA on {here}"
             )));
         }
-        let SharedMemory { memory_bytes, offset_bytes, bytes, .. } = shared;
-        let importing = format!("importing {name}, {bytes} bytes");
-        if offset_bytes.checked_add(bytes).is_none_or(|end| end > memory_bytes) {
-            let error = format!("they are not in the {memory_bytes} bytes of their memory");
+        let importing = format!("importing {name}, {} bytes", shared.bytes);
+        let Some(mapped_bytes) = shared.mapped_bytes() else {
+            let error =
+                format!("they are not in the {} bytes of their memory", shared.memory_bytes);
             return Err(CudaError::Driver { doing: importing, error });
-        }
+        };
         // SAFETY: the caller answers for the description, and the GPU was compared above.
-        let imported = unsafe { Imported::new(&self.context, shared) };
+        let imported = unsafe { Imported::new(&self.context, shared, mapped_bytes) };
         let imported = imported.map_err(|error| match error.0 {
             sys::CUresult::CUDA_ERROR_NOT_SUPPORTED => {
                 CudaError::Missing("CUDA imports no memory on this GPU".to_owned())
             }
             _ => failure(importing)(error),
         })?;
-        Ok(DeviceBuffer(Memory::Imported(imported.pointer(), imported)))
+        Ok(DeviceBuffer(Memory::Imported(imported)))
     }
 
     /// A buffer of this many bytes, at least 16, that may hold anything.
@@ -285,12 +284,13 @@ impl Cuda {
         let reading = || failure(format!("reading back {} bytes", buffer.bytes()));
         let bytes = match &buffer.0 {
             Memory::Own(slice) => self.stream.clone_dtoh(slice).map_err(reading())?,
-            Memory::Imported(pointer, imported) => {
-                let mut bytes = vec![0; imported.bytes()];
+            Memory::Imported(imported) => {
+                let mut bytes = vec![0; imported.bytes];
                 let stream = self.stream.cu_stream();
                 self.context.bind_to_thread().map_err(reading())?;
                 // SAFETY: the buffer is mapped, and both have this many bytes.
-                let copied = unsafe { result::memcpy_dtoh_async(&mut bytes, *pointer, stream) };
+                let copied =
+                    unsafe { result::memcpy_dtoh_async(&mut bytes, imported.pointer, stream) };
                 copied.map_err(reading())?;
                 bytes
             }

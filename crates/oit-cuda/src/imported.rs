@@ -29,18 +29,36 @@ pub struct SharedMemory {
     pub bytes: u64,
 }
 
+/// Bytes that are mapped at least: no buffer is smaller.
+const LEAST_BYTES: u64 = 16;
+
+impl SharedMemory {
+    /// Bytes of the allocation that are mapped; `None` where they are not inside it.
+    pub(crate) fn mapped_bytes(&self) -> Option<u64> {
+        let bytes = self.bytes.max(LEAST_BYTES);
+        let end = self.offset_bytes.checked_add(bytes)?;
+        (end <= self.memory_bytes).then_some(bytes)
+    }
+}
+
 /// An imported buffer. Dropping it ends the import; the memory goes with the last that refers to it.
 #[derive(Debug)]
 pub(crate) struct Imported {
-    /// `None` where nothing is mapped.
-    mapped: Option<sys::CUdeviceptr>,
-    bytes: usize,
+    /// Where it is mapped.
+    pub(crate) pointer: sys::CUdeviceptr,
+    /// The buffer's size.
+    pub(crate) bytes: usize,
+    allocation: Allocation,
+}
+
+#[derive(Debug)]
+struct Allocation {
     memory: sys::CUexternalMemory,
     context: Arc<CudaContext>,
 }
 
 impl Imported {
-    /// Imports memory of the context's GPU and maps the buffer. Zero bytes are mapped nowhere.
+    /// Imports memory of the context's GPU and maps this much of it from where the buffer begins.
     ///
     /// # Errors
     /// As the driver says.
@@ -50,45 +68,36 @@ impl Imported {
     pub(crate) unsafe fn new(
         context: &Arc<CudaContext>,
         shared: SharedMemory,
+        mapped_bytes: u64,
     ) -> Result<Self, DriverError> {
         let SharedMemory { handle, memory_bytes, dedicated, offset_bytes, bytes, .. } = shared;
         context.bind_to_thread()?;
         // SAFETY: the caller answers for the description.
         let memory = unsafe { import(handle, memory_bytes, dedicated) }?;
-        let mut imported =
-            Self { mapped: None, bytes: bytes as usize, memory, context: context.clone() };
-        if bytes > 0 {
-            // SAFETY: the memory was imported above, and the buffer is inside.
-            let mapped =
-                unsafe { result::external_memory::get_mapped_buffer(memory, offset_bytes, bytes) };
-            imported.mapped = Some(mapped?);
-        }
-        Ok(imported)
-    }
-
-    /// Where it is; 0 where it has no bytes.
-    pub(crate) fn pointer(&self) -> sys::CUdeviceptr {
-        self.mapped.unwrap_or_default()
-    }
-
-    /// Its size.
-    pub(crate) fn bytes(&self) -> usize {
-        self.bytes
+        let allocation = Allocation { memory, context: context.clone() };
+        // SAFETY: the memory was imported above.
+        let pointer = unsafe {
+            result::external_memory::get_mapped_buffer(memory, offset_bytes, mapped_bytes)
+        }?;
+        Ok(Self { pointer, bytes: bytes as usize, allocation })
     }
 }
 
 impl Drop for Imported {
     fn drop(&mut self) {
-        let context = &self.context;
+        let context = &self.allocation.context;
         context.record_err(context.bind_to_thread());
-        // SAFETY: every run is waited for, so nothing uses the mapping; it is freed once, and before the
-        // memory that it maps.
-        unsafe {
-            if let Some(mapped) = self.mapped {
-                context.record_err(result::memory_free(mapped));
-            }
-            context.record_err(result::external_memory::destroy_external_memory(self.memory));
-        }
+        // SAFETY: every run is waited for, so nothing uses the mapping; its memory goes after it.
+        context.record_err(unsafe { result::memory_free(self.pointer) });
+    }
+}
+
+impl Drop for Allocation {
+    fn drop(&mut self) {
+        self.context.record_err(self.context.bind_to_thread());
+        // SAFETY: nothing of it is mapped any more, and it is given back once.
+        let gone = unsafe { result::external_memory::destroy_external_memory(self.memory) };
+        self.context.record_err(gone);
     }
 }
 
@@ -121,4 +130,29 @@ unsafe fn import(
 #[cfg(not(unix))]
 unsafe fn import(handle: Handle, _: u64, _: bool) -> Result<sys::CUexternalMemory, DriverError> {
     match handle {}
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    fn mapped(memory_bytes: u64, offset_bytes: u64, bytes: u64) -> Option<u64> {
+        let handle = std::fs::File::open("/dev/null").expect("it is always there").into();
+        let dedicated = false;
+        let shared =
+            SharedMemory { handle, uuid: [0; 16], memory_bytes, dedicated, offset_bytes, bytes };
+        shared.mapped_bytes()
+    }
+
+    #[test]
+    fn what_is_mapped_is_inside_the_allocation() {
+        assert_eq!(mapped(4096, 0, 4096), Some(4096));
+        assert_eq!(mapped(4096, 256, 3840), Some(3840));
+        assert_eq!(mapped(4096, 0, 3), Some(16));
+        assert_eq!(mapped(4096, 256, 3841), None);
+        assert_eq!(mapped(4096, 4096, 1), None);
+        assert_eq!(mapped(8, 0, 8), None);
+        assert_eq!(mapped(4096, u64::MAX, 16), None);
+        assert_eq!(mapped(4096, 16, u64::MAX), None);
+    }
 }

@@ -1,8 +1,9 @@
 //! Buffers whose memory another interface of the driver can import, by `VK_KHR_external_memory_fd`.
 //!
 //! Only buffers that are asked for are made so. Vulkan has memory change hands by a barrier to
-//! `VK_QUEUE_FAMILY_EXTERNAL` and one back. CUDA has no counterpart for it, and none is recorded: each
-//! run is waited for by its fence, which makes what was written available, and importers only read.
+//! `VK_QUEUE_FAMILY_EXTERNAL` and one back. CUDA has no counterpart, and as in NVIDIA's own samples (see
+//! issue 64 of NVIDIA/cuda-samples) none is recorded: each run is waited for by its fence, which makes
+//! what was written available, and importers only read.
 
 use super::failure;
 use super::gpu::{Buffer, Gpu};
