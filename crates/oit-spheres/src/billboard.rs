@@ -3,6 +3,7 @@
 use oit_gpu::{Glsl, Mesh, PreRaster, Tessellation, Topology};
 
 use crate::context::Context;
+use crate::drawing::MESH_BATCH;
 use crate::ids::Ids;
 use crate::view::is_perspective;
 use crate::{Billboard, Drawing, Projection};
@@ -38,6 +39,7 @@ pub(crate) fn stages(
                 VERSION,
                 "#extension GL_EXT_mesh_shader : require\n",
                 &constants,
+                &format!("const uint BATCH = {MESH_BATCH}u;\n"),
                 SPHERES,
                 include_str!("glsl/batch.mesh"),
             ]

@@ -89,7 +89,7 @@ impl Variation {
             }
             match self.raster {
                 Raster::Compute => {
-                    plan.passes.extend(drawing::groups(&mut context, phase));
+                    plan.passes.extend(drawing::passes(&mut context, Drawing::Batches, phase));
                     if phase != Phase::Second {
                         plan.passes.push(Pass::clear(DRAW, "nearest"));
                     }
@@ -146,7 +146,7 @@ fn buffers(context: &Context) -> Result<Vec<Buffer>, String> {
     buffers.extend(context.ids.buffer(&spheres.spheres));
     match context.variation.raster {
         Raster::Compute => {
-            buffers.extend(drawing::workgroup_batches(context)?);
+            buffers.extend(drawing::buffers(context, Drawing::Batches)?);
             buffers.push(Buffer::new("nearest", 8 * u64::from(width) * u64::from(height)));
         }
         Raster::Billboards { drawing, .. } => {

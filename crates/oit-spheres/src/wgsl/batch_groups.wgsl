@@ -1,4 +1,4 @@
-// A workgroup for each batch, in rows.
+// A workgroup for each batch, in rows: what a dispatch or a draw of mesh shaders reads.
 @group(0) @binding(9) var<storage, read> batch_count: array<u32, 4>;
 @group(0) @binding(10) var<storage, read_write> batch_groups: array<u32, 3>;
 
