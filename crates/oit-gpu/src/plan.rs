@@ -370,7 +370,7 @@ pub enum Draw {
         arguments: String,
         /// Where in it, in bytes; a multiple of 4.
         offset_bytes: u64,
-        /// No side is larger in the buffer than this, nor is their product than that of these.
+        /// No side is larger in the buffer than this, nor their product than that of these.
         at_most: [u32; 3],
     },
     /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first

@@ -24,11 +24,10 @@ pub(crate) fn stages(
     };
     let constants = format!(
         "const bool PERSPECTIVE = {};\nconst bool PROJECT_CENTER = {};\nconst bool PACKED_IDS = {};\n\
-         const uint ROW = {}u;\n{ids}",
+         {ids}",
         is_perspective(context.request.camera),
         projection == Projection::PerCenter,
         context.variation.output.packs_ids(),
-        crate::text::ROW,
     );
     let stage = |texts: &[&str]| [&[VERSION, &constants], texts].concat().concat().into();
     match billboard {

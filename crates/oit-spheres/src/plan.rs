@@ -247,11 +247,7 @@ fn fs_wgsl(depth: Depth, cover: Cover) -> String {
 
 /// The compute rasteriser over its batches.
 fn rasterise(context: &Context) -> Pass {
-    let constants = [
-        crate::text::word("ROW", crate::text::ROW),
-        context.perspective_wgsl(),
-        context.ids_wgsl(),
-    ];
+    let constants = [context.perspective_wgsl(), context.ids_wgsl()];
     let texts = [
         include_str!("wgsl/view.wgsl"),
         include_str!("wgsl/spheres.wgsl"),
