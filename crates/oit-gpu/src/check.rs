@@ -262,7 +262,10 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
             arguments_in(plan, arguments, *offset_bytes, 4 * u64::from(*draws))?;
             vec![arguments.as_str()]
         }
-        Draw::Mesh { .. } => vec![],
+        Draw::MeshIndirect { arguments, offset_bytes, .. } => {
+            arguments_in(plan, arguments, *offset_bytes, 3)?;
+            vec![arguments.as_str()]
+        }
         Draw::IndexedIndirect { vertices, layout, indices, arguments, offset_bytes } => {
             vertex_layout(label, vs, layout)?;
             buffer(plan, vertices)?;
@@ -290,7 +293,7 @@ fn raster(plan: &Plan, raster: &Raster, reflection: &Reflection) -> Result<(), S
 /// Whether the stages before rasterisation fit each other, the draw and the fragment stage.
 fn stages(raster: &Raster, reflection: &Reflection, fs: &Fs) -> Result<(), String> {
     let is_mesh = matches!(raster.pre_raster, PreRaster::Mesh(_));
-    if is_mesh != matches!(raster.draw, Draw::Mesh { .. }) {
+    if is_mesh != matches!(raster.draw, Draw::MeshIndirect { .. }) {
         return Err("mesh stages and a mesh draw go together".to_owned());
     }
     let Some(last) = reflection.stages.last() else { return Ok(()) };

@@ -167,12 +167,12 @@ impl Limits {
             let limit = self.stages.patch_vertices;
             within(|| "it".to_owned(), vertices, limit, "vertices of a patch")?;
         }
-        if let Draw::Mesh { workgroups } = raster.draw {
+        if let Draw::MeshIndirect { at_most, .. } = raster.draw {
             let what = || "the mesh draw".to_owned();
-            for (side, limit) in workgroups.into_iter().zip(self.stages.mesh_workgroups) {
+            for (side, limit) in at_most.into_iter().zip(self.stages.mesh_workgroups) {
                 within(what, side, limit, "workgroups of a side")?;
             }
-            let all = workgroups.into_iter().map(u64::from).fold(1, u64::saturating_mul);
+            let all = at_most.into_iter().map(u64::from).fold(1, u64::saturating_mul);
             within(what, all, u64::from(self.stages.mesh_workgroups_total), "workgroups")?;
         }
         Ok(())

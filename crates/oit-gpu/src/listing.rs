@@ -100,8 +100,11 @@ fn write_raster(f: &mut Formatter<'_>, raster: &Raster) -> fmt::Result {
                 "    draws vertices {draws} times, from {arguments} at byte {offset_bytes} on"
             )?;
         }
-        Draw::Mesh { workgroups: [x, y, z] } => {
-            writeln!(f, "    mesh workgroups {x} x {y} x {z}")?;
+        Draw::MeshIndirect { arguments, offset_bytes, at_most: [x, y, z] } => {
+            writeln!(
+                f,
+                "    mesh workgroups from {arguments} at byte {offset_bytes}, at most {x} x {y} x {z}"
+            )?;
         }
         Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
             writeln!(

@@ -73,7 +73,7 @@ impl RasterKey {
         let layout = match &raster.draw {
             crate::Draw::Vertices { .. }
             | crate::Draw::VerticesIndirect { .. }
-            | crate::Draw::Mesh { .. } => None,
+            | crate::Draw::MeshIndirect { .. } => None,
             crate::Draw::Indexed { layout, .. } | crate::Draw::IndexedIndirect { layout, .. } => {
                 Some(layout.clone())
             }

@@ -222,7 +222,7 @@ pub enum PreRaster {
     /// Stages in GLSL: `vulkan` only. The pass's shader has `fs` alone (a `vs` is not used).
     Glsl(Box<Glsl>),
     /// A mesh shader in GLSL: `vulkan` with `VK_EXT_mesh_shader` only. The pass's shader has `fs`
-    /// alone, and the draw is [`Draw::Mesh`].
+    /// alone, and the draw is [`Draw::MeshIndirect`].
     Mesh(Box<Mesh>),
 }
 
@@ -358,10 +358,20 @@ pub enum Draw {
         /// How many draws: 1 or more. The four of each begin 16 bytes after those of the last.
         draws: u32,
     },
-    /// So many workgroups in x, y and z of the first stage of a [`Mesh`].
-    Mesh {
-        /// Workgroups.
-        workgroups: [u32; 3],
+    /// Workgroups of the first stage of a [`Mesh`], as many as three `u32` in a buffer say: in x, y
+    /// and z. Where one is 0, nothing is drawn.
+    ///
+    /// A side has at least 65,535 on every device with mesh shaders and all sides together 2^22
+    /// (`maxMeshWorkGroupCount`, `maxMeshWorkGroupTotalCount`), so that many are spread over x and y.
+    /// No one looks at what the buffer says, so the most that it can say is said here: a device with
+    /// less refuses the plan.
+    MeshIndirect {
+        /// The buffer of the three.
+        arguments: String,
+        /// Where in it, in bytes; a multiple of 4.
+        offset_bytes: u64,
+        /// No side is larger in the buffer than this, nor their product than that of these.
+        at_most: [u32; 3],
     },
     /// As [`Draw::Indexed`], as many as five `u32` in a buffer say: indices, instances, the first
     /// index, what is added to each index, the first instance (0).

@@ -469,7 +469,7 @@ fn stages_in_glsl_fit_each_other_and_the_plan() {
         raster_of(p).shader = Shader::new("vs", vs);
     };
     refused(with_geometry, no_fs, &["needs the entry point `fs`"]);
-    let mesh = |p: &mut Plan| raster_of(p).draw = Draw::Mesh { workgroups: [1; 3] };
+    let mesh = |p: &mut Plan| raster_of(p).draw = mesh_draw("counts", 0);
     refused(with_geometry, mesh, &["mesh stages and a mesh draw"]);
     let listed = with_tessellation().to_string();
     let stages =
@@ -478,8 +478,11 @@ fn stages_in_glsl_fit_each_other_and_the_plan() {
     assert!(with_geometry().to_string().contains("    reads atoms\n    writes counts\n"));
 }
 
-#[test]
-fn mesh_stages_are_checked_without_a_gpu() {
+fn mesh_draw(arguments: &str, offset_bytes: u64) -> Draw {
+    Draw::MeshIndirect { arguments: arguments.to_owned(), offset_bytes, at_most: [4, 2, 1] }
+}
+
+fn with_mesh() -> Plan {
     let source = "#version 460
         #extension GL_EXT_mesh_shader : require
         layout(set = 0, binding = 1, std430) readonly buffer Atoms { vec4 list[]; } atoms;
@@ -493,17 +496,32 @@ fn mesh_stages_are_checked_without_a_gpu() {
             gl_PrimitiveTriangleIndicesEXT[0] = uvec3(0, 1, 2);
         }";
     let mut plan = with_geometry();
+    plan.buffers.push(Buffer::new("said", 16));
     let raster = raster_of(&mut plan);
     raster.pre_raster = PreRaster::from(Mesh { task: None, mesh: source.into() });
-    raster.draw = Draw::Mesh { workgroups: [4, 1, 1] };
+    raster.draw = mesh_draw("said", 4);
+    plan
+}
+
+#[test]
+fn mesh_stages_are_checked_without_a_gpu() {
+    let plan = with_mesh();
     plan.check().expect("sound");
     let listed = plan.to_string();
-    assert!(
-        listed.contains("    mesh workgroups 4 x 1 x 1\n    stages in GLSL: mesh\n"),
-        "{listed}"
-    );
-    raster_of(&mut plan).draw = Draw::Vertices { count: 3, instances: 1 };
-    assert!(fault(&plan).contains("mesh stages and a mesh draw"));
+    let draw =
+        "    mesh workgroups from said at byte 4, at most 4 x 2 x 1\n    stages in GLSL: mesh\n";
+    assert!(listed.contains(draw), "{listed}");
+    let vertices = |p: &mut Plan| raster_of(p).draw = Draw::Vertices { count: 3, instances: 1 };
+    refused(with_mesh, vertices, &["mesh stages and a mesh draw"]);
+    let from = |arguments, at| move |p: &mut Plan| raster_of(p).draw = mesh_draw(arguments, at);
+    refused(with_mesh, from("sad", 0), &["no buffer", "\"said\""]);
+    refused(with_mesh, from("said", 8), &["3 u32 at byte 8", "which has 16"]);
+    refused(with_mesh, from("said", 2), &["3 u32 at byte 2"]);
+    let written = |p: &mut Plan| {
+        p.buffers.iter_mut().find(|buffer| buffer.name == "counts").expect("counts").bytes = 64;
+        raster_of(p).draw = mesh_draw("counts", 0);
+    };
+    refused(with_mesh, written, &["`counts`", "written by the pass"]);
 }
 
 #[test]

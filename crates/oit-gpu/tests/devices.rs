@@ -1001,16 +1001,22 @@ fn counts_what_each_raster_pass_does(device: &mut dyn Device) {
     assert!(counted.fragment_invocations >= 6, "{counted:?}");
 }
 
+/// A compute pass says how many workgroups: of three squares, the last one in a second row that has
+/// room for another. Then it calls a draw off.
 fn mesh_stages_make_squares(device: &mut dyn Device) {
-    let task = "
-        struct First { uint column; };
+    const NUMBER: &str = "uint number = gl_WorkGroupID.y * 2 + gl_WorkGroupID.x;";
+    let extension = "#extension GL_EXT_mesh_shader : require";
+    let task = format!(
+        "struct First {{ uint column; }};
         taskPayloadSharedEXT First first;
         layout(local_size_x = 1) in;
-        void main() {
-            first.column = gl_WorkGroupID.x;
-            EmitMeshTasksEXT(1, 1, 1);
-        }";
-    let mesh = |column: &str, payload: &str| {
+        void main() {{
+            {NUMBER}
+            first.column = number;
+            EmitMeshTasksEXT(number < 3 ? 1 : 0, 1, 1);
+        }}"
+    );
+    let mesh = |number: &str, payload: &str| {
         let source = format!(
             "{payload}
             layout(local_size_x = 4) in;
@@ -1018,9 +1024,14 @@ fn mesh_stages_make_squares(device: &mut dyn Device) {
             // What `fs` reads is of a vertex: WGSL has no other.
             layout(location = 1) flat out uint id[];
             void main() {{
-                uvec2 column = columns.of[{column}];
+                {number}
+                bool drawn = number < 3;
+                SetMeshOutputsEXT(drawn ? 4 : 0, drawn ? 2 : 0);
+                if (!drawn) {{
+                    return;
+                }}
+                uvec2 column = columns.of[number];
                 uint i = gl_LocalInvocationIndex;
-                SetMeshOutputsEXT(4, 2);
                 id[i] = column.y;
                 gl_MeshVerticesEXT[i].gl_Position = corner(column.x, vec2(i & 1, i >> 1));
                 if (i < 2) {{
@@ -1028,18 +1039,47 @@ fn mesh_stages_make_squares(device: &mut dyn Device) {
                 }}
             }}"
         );
-        glsl("#extension GL_EXT_mesh_shader : require", &source)
+        glsl(extension, &source)
     };
     let payload = "struct First { uint column; }; taskPayloadSharedEXT First first;";
-    let alone = Mesh { task: None, mesh: mesh("gl_WorkGroupID.x", "") };
-    let task = glsl("#extension GL_EXT_mesh_shader : require", task);
-    let after = Mesh { task: Some(task), mesh: mesh("first.column", payload) };
+    let alone = Mesh { task: None, mesh: mesh(NUMBER, "") };
+    let after = Mesh {
+        task: Some(glsl(extension, &task)),
+        mesh: mesh("uint number = first.column;", payload),
+    };
+    let says = "
+        @group(0) @binding(0) var<storage, read_write> said: array<u32>;
+        @compute @workgroup_size(1) fn main() {
+            let all = array<u32, 7>(7u, 2u, 2u, 1u, 2u, 0u, 1u);
+            for (var i = 0u; i < 7u; i += 1u) { said[i] = all[i]; }
+        }";
     for stages in [alone, after] {
-        let draw = Draw::Mesh { workgroups: [3, 1, 1] };
-        let plan = columns(stages.into(), draw);
-        if !lacks(device, "mesh shaders", &plan) {
-            assert_columns_are_drawn(device, &plan);
+        let draw = |offset_bytes, at_most| Draw::MeshIndirect {
+            arguments: "said".to_owned(),
+            offset_bytes,
+            at_most,
+        };
+        let mut plan = columns(stages.into(), draw(4, [2, 2, 1]));
+        let Work::Raster(drawn) = plan.passes[0].work.clone() else { panic!("it is drawn") };
+        let five = drawn.shader.wgsl.replace("return id;", "return 5u + min(id, 0u);");
+        let called_off = Raster {
+            shader: Shader::new("called off", five),
+            draw: draw(16, [2, 2, 1]),
+            color: vec![color("ids", None, Load::Keep)],
+            ..drawn.clone()
+        };
+        plan.buffers.push(Buffer::new("said", 28));
+        plan.passes.insert(0, compute("say", says, [1, 1, 1]));
+        plan.passes.push(Pass::raster("draw", called_off));
+        if lacks(device, "mesh shaders", &plan) {
+            continue;
         }
+        assert_columns_are_drawn(device, &plan);
+        let too_many = Raster { draw: draw(4, [u32::MAX; 3]), ..drawn };
+        plan.passes[1] = Pass::raster("draw", too_many);
+        let refused = device.prepare(&plan);
+        let Err(GpuError::Unsupported(why)) = &refused else { panic!("{refused:?}") };
+        assert!(why.contains("the mesh draw needs 4294967295 workgroups of a side"), "{why}");
     }
 }
 

@@ -113,7 +113,9 @@ pub(crate) fn stop_if_done(request: &MethodRequest, pass: u32) -> Pass {
     // Indices or vertices: the arguments of either draw begin with them and the instances.
     let drawn = match request.geometry.draw() {
         Draw::Indexed { count, .. } | Draw::Vertices { count, .. } => count,
-        Draw::IndexedIndirect { .. } | Draw::VerticesIndirect { .. } | Draw::Mesh { .. } => 0,
+        Draw::IndexedIndirect { .. }
+        | Draw::VerticesIndirect { .. }
+        | Draw::MeshIndirect { .. } => 0,
     };
     let at = 10 * (pass + 1);
     let wgsl = format!(

@@ -60,6 +60,18 @@ pub(crate) const BOGUS: f32 = 2.0;
 /// In place of (-z, z) where nothing is to be peeled: no depth is beyond it.
 const DONE: f32 = -2.0;
 
+/// A depth from 0 to 1 as the nearest 16-bit float, ties to even. By whole numbers: NVIDIA's compiler
+/// (580) takes `unpack2x16float(pack2x16float(..))` away, and then no depth equals what was stored.
+const QUANTISED_16: &str = "fn quantised(z: f32) -> f32 {
+    // Below the smallest normal one they are 2^-24 apart.
+    if (z < 0.00006103515625) {
+        return round(z * 16777216.0) / 16777216.0;
+    }
+    let bits = bitcast<u32>(z);
+    return bitcast<f32>((bits + 0xFFFu + ((bits >> 13u) & 1u)) & 0xFFFFE000u);
+}
+";
+
 const INIT: &str = "
 @fragment
 fn fs(in: Varyings) -> @location(0) vec2<f32> {
@@ -194,10 +206,7 @@ impl DepthBits {
     fn wgsl(self) -> &'static str {
         match self {
             Self::ThirtyTwo => "fn quantised(z: f32) -> f32 { return z; }\n",
-            Self::Sixteen => {
-                "fn quantised(z: f32) -> f32 {\n    \
-                 return unpack2x16float(pack2x16float(vec2<f32>(z))).x;\n}\n"
-            }
+            Self::Sixteen => QUANTISED_16,
         }
     }
 }

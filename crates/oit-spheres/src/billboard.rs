@@ -3,6 +3,7 @@
 use oit_gpu::{Glsl, Mesh, PreRaster, Tessellation, Topology};
 
 use crate::context::Context;
+use crate::drawing::MESH_BATCH;
 use crate::ids::Ids;
 use crate::view::is_perspective;
 use crate::{Billboard, Drawing, Projection};
@@ -23,11 +24,10 @@ pub(crate) fn stages(
     };
     let constants = format!(
         "const bool PERSPECTIVE = {};\nconst bool PROJECT_CENTER = {};\nconst bool PACKED_IDS = {};\n\
-         const uint ROW = {}u;\n{ids}",
+         {ids}",
         is_perspective(context.request.camera),
         projection == Projection::PerCenter,
         context.variation.output.packs_ids(),
-        crate::text::ROW,
     );
     let stage = |texts: &[&str]| [&[VERSION, &constants], texts].concat().concat().into();
     match billboard {
@@ -38,6 +38,7 @@ pub(crate) fn stages(
                 VERSION,
                 "#extension GL_EXT_mesh_shader : require\n",
                 &constants,
+                &format!("const uint BATCH = {MESH_BATCH}u;\n"),
                 SPHERES,
                 include_str!("glsl/batch.mesh"),
             ]

@@ -94,7 +94,7 @@ impl Variation {
             }
             match self.raster {
                 Raster::Compute => {
-                    plan.passes.extend(drawing::groups(&mut context, phase));
+                    plan.passes.extend(drawing::passes(&mut context, Drawing::Batches, phase));
                     if phase != Phase::Second {
                         plan.passes.push(Pass::clear(DRAW, "nearest"));
                     }
@@ -151,7 +151,7 @@ fn buffers(context: &Context) -> Result<Vec<Buffer>, String> {
     buffers.extend(context.ids.buffer(&spheres.spheres));
     match context.variation.raster {
         Raster::Compute => {
-            buffers.extend(drawing::workgroup_batches(context)?);
+            buffers.extend(drawing::buffers(context, Drawing::Batches)?);
             buffers.push(Buffer::new("nearest", 8 * u64::from(width) * u64::from(height)));
         }
         Raster::Billboards { drawing, .. } => {
@@ -252,11 +252,7 @@ fn fs_wgsl(depth: Depth, cover: Cover) -> String {
 
 /// The compute rasteriser over its batches.
 fn rasterise(context: &Context) -> Pass {
-    let constants = [
-        crate::text::word("ROW", crate::text::ROW),
-        context.perspective_wgsl(),
-        context.ids_wgsl(),
-    ];
+    let constants = [context.perspective_wgsl(), context.ids_wgsl()];
     let texts = [
         include_str!("wgsl/view.wgsl"),
         include_str!("wgsl/spheres.wgsl"),

@@ -5,11 +5,16 @@ use oit_gpu::{Dispatch, Shader};
 /// Workgroups in x before a dispatch goes on in y.
 pub(crate) const ROW: u32 = 32768;
 
-/// A dispatch of at least this many workgroups: the one at `(x, y)` has the number `y * ROW + x`.
-pub(crate) fn workgroups(count: u64) -> Dispatch {
+/// At least this many workgroups in x, y and z: the one at `(x, y)` has the number `y * ROW + x`.
+pub(crate) fn rows(count: u64) -> [u32; 3] {
     let row = u64::from(ROW);
     let rows = count.div_ceil(row).max(1);
-    Dispatch::Workgroups([count.clamp(1, row) as u32, u32::try_from(rows).unwrap_or(u32::MAX), 1])
+    [count.clamp(1, row) as u32, u32::try_from(rows).unwrap_or(u32::MAX), 1]
+}
+
+/// A dispatch of [`rows`].
+pub(crate) fn workgroups(count: u64) -> Dispatch {
+    Dispatch::Workgroups(rows(count))
 }
 
 /// A dispatch of an invocation for each, 256 to a workgroup.

@@ -84,7 +84,7 @@ axis!(
     /// How draws are submitted.
     Drawing, "way of submitting draws", {
     /// Batches of an object's atoms: tessellated patches of up to 4,160 (the thesis's baseline, section
-    /// 3.4.1), or a mesh shader's workgroups of 64.
+    /// 3.4.1), or a mesh shader's workgroups of 32.
     Batches = "batches",
     /// One indirect draw for each object (section 3.4.2).
     PerObject = "per-object",

@@ -2,7 +2,7 @@
 
 mod support;
 
-use oit_gpu::Device;
+use oit_gpu::{Device, GpuError};
 use oit_scene::Stripes;
 use oit_spheres::{Detail, Variation, twin};
 use support::{View, inside, molecules, on_every_device, orthographic, outside, say};
@@ -39,6 +39,7 @@ const EXACT: &[&str] = &[
     "batches/geometry/per-center/sphere-depth/discard/bytes4/occlusion",
     "batches/mesh-shader/per-center/sphere-depth/discard/bytes4",
     "batches/mesh-shader/per-vertex/conservative-depth/discard/bytes36/sorted/frustum",
+    "batches/mesh-shader/per-center/conservative-depth/discard/bytes4/occlusion",
     "compute/bytes4",
     "compute/bytes64",
     "compute/bytes24/full-detail/frustum",
@@ -89,7 +90,7 @@ fn in_a_box() {
     matches_on(&View::new(molecules(60, 60, 3), orthographic(), (100, 120)), "in a box");
 }
 
-/// Lists of more than one block, sorts of more than one workgroup, patches that are split.
+/// Lists of more than one block, sorts of more than one workgroup, patches and batches that are split.
 #[test]
 fn many_objects_and_large_ones() {
     const NAMES: &[&str] = &[
@@ -98,6 +99,7 @@ fn many_objects_and_large_ones() {
         "per-mesh/pulled/per-center/sphere-depth/discard/bytes4/frustum",
         "batches/geometry/per-center/sphere-depth/discard/bytes4",
         "batches/geometry/per-center/sphere-depth/discard/bytes4/outside-in/full-detail",
+        "batches/mesh-shader/per-center/sphere-depth/discard/bytes4/outside-in/full-detail",
         "compute/bytes4/full-detail",
     ];
     for (objects, atoms) in [(5000, 9), (4, 9001)] {
@@ -240,6 +242,35 @@ fn culling_culls() {
     });
 }
 
+/// As many workgroups are drawn as there are batches, in rows, and none for what is culled.
+#[test]
+fn workgroups_are_as_many_as_batches() {
+    // As many objects as make more than one row of workgroups, unless they are culled.
+    let mut spheres = molecules(40, 60, 13);
+    let far = oit_scene::Object { position: [0.0, 0.0, 1e4], ..spheres.objects[0] };
+    spheres.objects.resize(40_000, far);
+    let view = View::new(spheres, outside(), (64, 48));
+    on_every_device("workgroups", |device| {
+        for name in ["compute/bytes4", "batches/mesh-shader/per-center/sphere-depth/discard/bytes4"]
+        {
+            for (culling, counts) in [("", 40_000..=40_160), ("/frustum", 1..=160)] {
+                let name = format!("{name}{culling}");
+                let plan = variation(&name).plan(&view.request()).expect("a plan");
+                if let Err(GpuError::Unsupported(why)) = device.prepare(&plan) {
+                    say(&format!("{name} SKIPPED: {why}"));
+                    continue;
+                }
+                let count = words(device, &view, &name, "batch_count")[0];
+                assert!(counts.contains(&count), "{name}: {count} batches");
+                let groups = words(device, &view, &name, "batch_groups");
+                let rows = count.div_ceil(32768);
+                assert_eq!(groups, [count.div_ceil(rows), rows, 1], "{name}");
+                assert_eq!(view.compare(device, &variation(&name)).expect("drawn").wrong_px, 0);
+            }
+        }
+    });
+}
+
 /// Stripes follow positions in the world, and so show what an output makes of these.
 #[test]
 fn positions_show_in_stripes() {
@@ -276,6 +307,7 @@ fn ids_of_many_objects_and_many_atoms() {
         for name in [
             "per-mesh/pulled/per-center/sphere-depth/discard/bytes4/occlusion",
             "batches/geometry/per-center/sphere-depth/discard/bytes36/frustum",
+            "batches/mesh-shader/per-center/sphere-depth/discard/bytes4",
             "compute/bytes4/frustum",
         ] {
             let plan = variation(name).plan(&view.request()).expect("a plan");

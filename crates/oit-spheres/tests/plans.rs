@@ -49,6 +49,14 @@ fn a_hundred_million_spheres_can_be_said() {
             {
                 assert!(workgroups.iter().all(|&side| side <= 65_535), "{name}: {workgroups:?}");
             }
+            // The least that Vulkan asks of a device with mesh shaders.
+            if let oit_gpu::Work::Raster(raster) = &pass.work
+                && let oit_gpu::Draw::MeshIndirect { at_most, .. } = &raster.draw
+            {
+                assert!(at_most.iter().all(|&side| side <= 65_535), "{name}: {at_most:?}");
+                let all: u32 = at_most.iter().product();
+                assert!((3_750_000..=1 << 22).contains(&all), "{name}: {at_most:?}");
+            }
         }
         let bytes: u64 = plan.buffers.iter().map(|buffer| buffer.bytes).sum();
         let list = if name.contains("index-list") { 8 * view.spheres.total() } else { 0 };

@@ -320,9 +320,10 @@ impl Prepared {
                             let stride = DRAW_STRIDE_BYTES;
                             device.cmd_draw_indirect(commands, raw, at, *draws, stride);
                         }
-                        Draw::Mesh { workgroups: [x, y, z] } => {
+                        Draw::MeshIndirect { arguments, offset_bytes, .. } => {
                             if let Some(mesh) = &self.gpu.mesh {
-                                mesh.cmd_draw_mesh_tasks(commands, *x, *y, *z);
+                                let (raw, at) = (raw(arguments), *offset_bytes);
+                                mesh.cmd_draw_mesh_tasks_indirect(commands, raw, at, 1, 0);
                             }
                         }
                         Draw::IndexedIndirect {

@@ -339,7 +339,7 @@ impl Prepared {
                 }
             }
             // Refused before: the backend has no stages in GLSL.
-            Draw::Mesh { .. } => {}
+            Draw::MeshIndirect { .. } => {}
             Draw::IndexedIndirect { vertices, indices, arguments, offset_bytes, .. } => {
                 if let (Some(vertices), Some(indices), Some(arguments)) =
                     (self.buffer(vertices), self.buffer(indices), self.buffer(arguments))

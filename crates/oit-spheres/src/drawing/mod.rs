@@ -8,17 +8,15 @@ mod per_object;
 use oit_gpu::{Buffer, Draw, Pass};
 
 use crate::context::{Context, Phase};
+use crate::text::rows;
 use crate::{Billboard, Drawing};
 
-pub(crate) use batches::{groups, workgroup_batches};
-
-/// Atoms of a batch that is drawn by a workgroup of a compute or a mesh shader.
-pub(crate) const WORKGROUP_BATCH: u32 = 64;
+pub(crate) use batches::MESH_BATCH;
 
 /// The buffers of a list.
 pub(crate) fn buffers(context: &Context, drawing: Drawing) -> Result<Vec<Buffer>, String> {
     match drawing {
-        Drawing::Batches => batches::buffers(context, batches::size(context)),
+        Drawing::Batches => batches::buffers(context),
         Drawing::PerObject => Ok(per_object::buffers(context)),
         Drawing::PerMesh => Ok(per_mesh::buffers(context)),
         Drawing::IndexList => index_list::buffers(context),
@@ -28,10 +26,7 @@ pub(crate) fn buffers(context: &Context, drawing: Drawing) -> Result<Vec<Buffer>
 /// The passes that make it.
 pub(crate) fn passes(context: &mut Context, drawing: Drawing, phase: Phase) -> Vec<Pass> {
     match drawing {
-        Drawing::Batches => {
-            let size = batches::size(context);
-            batches::passes(context, size, phase)
-        }
+        Drawing::Batches => batches::passes(context, phase),
         Drawing::PerObject => per_object::passes(context, phase),
         Drawing::PerMesh => per_mesh::passes(context, phase),
         Drawing::IndexList => index_list::passes(context, phase),
@@ -46,14 +41,11 @@ pub(crate) fn draw(context: &Context, drawing: Drawing, billboard: Billboard) ->
         draws,
     };
     match (drawing, billboard) {
-        (Drawing::Batches, Billboard::MeshShader) => {
-            let oit_gpu::Dispatch::Workgroups(workgroups) =
-                crate::text::workgroups(context.request.spheres.places_of(WORKGROUP_BATCH))
-            else {
-                unreachable!("a dispatch of a number of workgroups")
-            };
-            Draw::Mesh { workgroups }
-        }
+        (Drawing::Batches, Billboard::MeshShader) => Draw::MeshIndirect {
+            arguments: "batch_groups".to_owned(),
+            offset_bytes: 0,
+            at_most: rows(context.request.spheres.places_of(MESH_BATCH)),
+        },
         (Drawing::Batches, _) => indirect("batch_count", 1),
         (Drawing::PerObject, _) => indirect("commands", context.objects()),
         (Drawing::PerMesh, _) => indirect("commands", context.levels()),

@@ -2,6 +2,7 @@
 // the greatest of its words: the depth, which is reversed, then the sphere's id.
 @group(0) @binding(8) var<storage, read> batches: array<vec4<u32>>;
 @group(0) @binding(9) var<storage, read> batch_count: array<u32, 4>;
+@group(0) @binding(10) var<storage, read> batch_groups: array<u32, 3>;
 @group(0) @binding(16) var<storage, read_write> nearest: array<atomic<u64>>;
 
 // Pixels of the largest small one.
@@ -26,7 +27,7 @@ fn draw(sphere: vec4<f32>, id: u32, pixel: vec2<i32>) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let number = group.y * ROW + group.x;
+    let number = group.y * batch_groups[0] + group.x;
     var batch = vec4<u32>();
     if number < batch_count[0] {
         batch = batches[number];
