@@ -7,6 +7,7 @@ use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
 use crate::FigureError;
 use crate::canvas::{Anchor, Canvas, Colour, FONT, Item, PLOTTERS_SIZE_PER_EM, text_width};
+use crate::png_file;
 
 /// Both outputs are drawn on a grid this much finer than the page, so that what an SVG rounds to
 /// whole units is rounded to half a pixel.
@@ -100,7 +101,7 @@ pub(crate) fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureEr
     for item in &canvas.items {
         let Item::Picture { at, width_px, rgb } = item else { continue };
         let height_px = rgb.len() / 3 / width_px.max(&1);
-        let png = encode(rgb, *width_px as u32, height_px as u32, "")?;
+        let png = png_file::encode(rgb.clone(), *width_px as u32, height_px as u32, "")?;
         let (x, y) = units(*at);
         pictures += &format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width_px}\" height=\"{height_px}\" \
@@ -131,23 +132,7 @@ pub(crate) fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureE
             }
         }
     }
-    encode(&pixels, width, height, description)
-}
-
-fn encode(rgb: &[u8], width: u32, height: u32, description: &str) -> Result<Vec<u8>, FigureError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
-    if !description.is_empty() {
-        let key = "Description".to_owned();
-        encoder.add_itxt_chunk(key, description.to_owned()).map_err(failed)?;
-    }
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(rgb).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
+    png_file::encode(pixels, width, height, description)
 }
 
 fn escape(text: &str) -> String {
