@@ -4,10 +4,12 @@
 //! device is opened; a machine without them gets [`CudaError::Missing`] with the reason.
 
 mod device;
+mod imported;
 mod libraries;
 mod segmented_sort;
 
 pub use device::{Cuda, DeviceBuffer, Kernel};
+pub use imported::{Handle, SharedMemory};
 pub use libraries::{Versions, versions};
 pub use segmented_sort::{Sorted, segmented_sort};
 

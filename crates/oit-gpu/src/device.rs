@@ -1,6 +1,6 @@
 //! What a backend is to the rest of the project: it describes itself, runs plans, gives bytes back.
 
-use crate::{Main, Plan};
+use crate::{Main, Plan, SharedBuffer};
 use oit_record::{DeviceInfo, Executable};
 
 /// A plan made ready on a device: its pipelines are compiled and its data uploaded.
@@ -111,6 +111,31 @@ pub trait Device {
     /// [`GpuError::Unsupported`] where the device lacks something; otherwise as it says.
     fn prepare(&mut self, plan: &Plan) -> Result<PlanId, GpuError>;
 
+    /// Makes a plan ready as [`Self::prepare`] does, with its buffers of these names in memory that
+    /// [`Self::export`] gives away. No plan that does not ask for it comes to use that memory.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the device shares no memory ([`DeviceInfo::unsupported`] lists
+    /// "memory shared with CUDA" then); where the plan has no buffer of a name; as `prepare` has them.
+    fn prepare_shared(&mut self, plan: &Plan, shared: &[&str]) -> Result<PlanId, GpuError> {
+        match shared {
+            [] => self.prepare(plan),
+            [..] => Err(no_sharing(&format!("{} does not offer it", self.info().backend))),
+        }
+    }
+
+    /// The memory of a buffer that [`Self::prepare_shared`] was asked to share. What a run of the plan
+    /// leaves is there once [`Self::run`] returns, and is to be read before the next run of any plan;
+    /// nobody but the device may write it.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the device shares no memory, or the buffer was not asked for;
+    /// where the plan has no such buffer, or the driver fails.
+    fn export(&self, plan: PlanId, buffer: &str) -> Result<SharedBuffer, GpuError> {
+        let _ = (plan, buffer);
+        Err(no_sharing(&format!("{} does not offer it", self.info().backend)))
+    }
+
     /// The plan, as it was given, but for the data of its buffers: the device holds that.
     ///
     /// # Errors
@@ -186,6 +211,11 @@ pub(crate) const POISON: u8 = 0xCD;
 /// A device that does not count.
 pub(crate) fn no_statistics(device: &str) -> GpuError {
     GpuError::Unsupported(format!("{device} has no pipeline statistics"))
+}
+
+/// A device that gives no memory away.
+pub(crate) fn no_sharing(reason: &str) -> GpuError {
+    GpuError::Unsupported(format!("no memory is shared with CUDA: {reason}"))
 }
 
 /// A plan that is not, or no longer, ready on the device.

@@ -12,6 +12,7 @@ mod listing;
 mod pipeline_key;
 mod plan;
 mod reflect;
+mod shared;
 mod spirv;
 mod timing;
 mod vulkan;
@@ -26,5 +27,6 @@ pub use plan::{
     Tessellation, Topology, VertexAttribute, VertexFormat, VertexLayout, Work,
 };
 pub use reflect::{Access, Binding, DepthBound, Fs, Main, Reflection, Vs};
+pub use shared::{Handle, SharedBuffer};
 pub use vulkan::Vulkan;
 pub use wgpu_backend::Wgpu;

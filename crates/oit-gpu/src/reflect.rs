@@ -463,6 +463,22 @@ fn has_depth(module: &Module, ty: Handle<Type>, binding: Option<&naga::Binding>)
 
 /// The size of a type; of a type too large to have one, the largest number there is, which no
 /// buffer has.
+impl Reflection {
+    /// Bytes of the arrays that one invocation's functions keep: those of the function that keeps most.
+    pub(crate) fn function_array_bytes(&self) -> u64 {
+        let module = &self.module;
+        let arrays = |function: &naga::Function| -> u64 {
+            let types = function.local_variables.iter().map(|(_, variable)| variable.ty);
+            let arrays =
+                types.filter(|&ty| matches!(module.types[ty].inner, TypeInner::Array { .. }));
+            arrays.map(|ty| type_bytes(ty, module.to_ctx())).sum()
+        };
+        let functions = module.functions.iter().map(|(_, function)| function);
+        let entries = module.entry_points.iter().map(|entry| &entry.function);
+        functions.chain(entries).map(arrays).max().unwrap_or(0)
+    }
+}
+
 fn type_bytes(ty: Handle<Type>, context: GlobalCtx<'_>) -> u64 {
     context.types[ty].inner.try_size(context).map_or(u64::MAX, u64::from)
 }
@@ -527,6 +543,26 @@ impl Shaders {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn arrays_of_a_function_are_counted() {
+        let shader = Shader::new(
+            "arrays.wgsl",
+            "@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+            var<workgroup> elsewhere: array<u32, 64>;
+            fn deep() -> u32 {
+                var frags: array<vec2<u32>, 2048>;
+                var scratch: array<u32, 3>;
+                return frags[out[1]].x + scratch[out[2]];
+            }
+            @compute @workgroup_size(1) fn main() {
+                var few: array<u32, 5>;
+                out[0] = deep() + few[out[3]] + elsewhere[0];
+            }",
+        );
+        let reflection = Reflection::new(&shader).expect("valid");
+        assert_eq!(reflection.function_array_bytes(), 8 * 2048 + 12);
+    }
 
     #[test]
     fn lists_what_each_entry_point_binds() {

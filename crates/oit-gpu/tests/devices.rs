@@ -6,9 +6,9 @@
 use libtest_mimic::{Arguments, Trial};
 use oit_gpu::{
     Blend, Buffer, ColorAttachment, Compare, Depth, DepthStencil, Device, Dispatch, Draw, Format,
-    Glsl, GpuError, Load, Mesh, Pass, Plan, PlanId, PreRaster, Raster, Shader, Stencil, StencilOp,
-    Target, Tessellation, Topology, VertexAttribute, VertexFormat, VertexLayout, Vulkan, Work,
-    enumerate, open,
+    Glsl, GpuError, Load, Mesh, Pass, Plan, PlanId, PreRaster, Raster, Shader, SharedBuffer,
+    Stencil, StencilOp, Target, Tessellation, Topology, VertexAttribute, VertexFormat,
+    VertexLayout, Vulkan, Work, enumerate, open,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -50,6 +50,7 @@ const CHECKS: &[(&str, Check)] = &[
     ("shaders_read_targets", shaders_read_targets),
     ("poisons_what_has_no_given_contents", poisons_what_has_no_given_contents),
     ("plans_share_buffers_by_name_and_size", plans_share_buffers_by_name_and_size),
+    ("exports_what_is_shared_or_says_why_not", exports_what_is_shared_or_says_why_not),
     ("tells_the_memory_of_each_resource", tells_the_memory_of_each_resource),
     ("tells_what_became_of_each_shader", tells_what_became_of_each_shader),
     ("clears_more_than_32_bits_of_bytes", clears_more_than_32_bits_of_bytes),
@@ -1474,6 +1475,91 @@ fn plans_share_buffers_by_name_and_size(device: &mut dyn Device) {
     assert_eq!(first(device, same), 4711);
     assert_eq!(first(device, other), 0xCDCD_CDCD);
 }
+
+/// A plan that counts from `first` in threes into a buffer of this name, and clears another.
+fn counting(name: &str, first: u32) -> Plan {
+    let wgsl = format!(
+        "@group(0) @binding(0) var<storage, read_write> {name}: array<u32>;
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+            {name}[id.x] = {first}u + 3u * id.x;
+        }}"
+    );
+    let buffers = vec![Buffer::new(name, 4 * 4096), Buffer::new("kept", 64)];
+    let passes = vec![compute("numbers", &wgsl, [64, 1, 1]), Pass::clear("clear", "kept")];
+    plan(buffers, vec![], passes)
+}
+
+fn exports_what_is_shared_or_says_why_not(device: &mut dyn Device) {
+    let shared = counting("numbers", 0x5EED_0000);
+    let expected: Vec<u32> = (0..4096).map(|i| 0x5EED_0000 + 3 * i).collect();
+    let unsupported = |answer: Result<SharedBuffer, GpuError>| match answer {
+        Err(GpuError::Unsupported(reason)) => reason,
+        other => panic!("{other:?}"),
+    };
+    let lacking = device.info().unsupported.iter();
+    let lacking = lacking.map(|lacking| (lacking.feature.clone(), lacking.reason.clone()));
+    let lacking = lacking.collect::<std::collections::HashMap<_, _>>();
+    if let Some(why) = lacking.get("memory shared with CUDA") {
+        match device.prepare_shared(&shared, &["numbers"]) {
+            Err(GpuError::Unsupported(reason)) => assert!(reason.contains(why), "{reason}"),
+            other => panic!("{other:?}"),
+        }
+        // To ask for nothing is to prepare.
+        let id = device.prepare_shared(&shared, &[]).expect("prepared");
+        device.run(id).expect("ran");
+        assert_eq!(to_words(&device.read(id, "numbers").expect("read")), expected);
+        let reason = unsupported(device.export(id, "numbers"));
+        assert!(reason.contains(why), "{reason}");
+        eprintln!("{}: not checked: {reason}", device.info().id);
+        return;
+    }
+    let unknown = device.prepare_shared(&shared, &["numbers", "nowhere"]);
+    assert!(matches!(unknown, Err(GpuError::Plan { .. })), "{unknown:?}");
+    let id = device.prepare_shared(&shared, &["numbers"]).expect("prepared");
+    device.run(id).expect("ran");
+    // A plan that shares nothing has a buffer of its own, whatever its name and size.
+    ran(device, &counting("numbers", 7));
+    assert_eq!(to_words(&device.read(id, "numbers").expect("read")), expected);
+    let reason = unsupported(device.export(id, "kept"));
+    assert!(reason.contains("not asked for"), "{reason}");
+    let nowhere = device.export(id, "nowhere");
+    assert!(matches!(nowhere, Err(GpuError::Plan { .. })), "{nowhere:?}");
+    let exported = device.export(id, "numbers").expect("exported");
+    let SharedBuffer { uuid, memory_bytes, offset_bytes, bytes, .. } = exported;
+    assert_eq!((Some(uuid), bytes), (device.uuid(), 4 * 4096));
+    assert!(offset_bytes + bytes <= memory_bytes, "{exported:?}");
+    // Two handles are of one memory, and each can be closed.
+    let again = device.export(id, "numbers").expect("exported");
+    drop(exported);
+    device.poison(id).expect("poisoned");
+    device.run(id).expect("ran");
+    device.reset();
+    let stale = device.export(id, "numbers");
+    assert!(matches!(stale, Err(GpuError::Plan { .. })), "{stale:?}");
+    holds(&device.info().id, again, &words(&expected));
+}
+
+/// Sees to it that exported memory holds these bytes, where it is memory of the host.
+#[cfg(target_os = "linux")]
+fn holds(id: &str, exported: SharedBuffer, expected: &[u8]) {
+    use std::io::{Read, Seek};
+    use std::os::fd::AsRawFd;
+    let link = format!("/proc/self/fd/{}", exported.handle.as_raw_fd());
+    let target = fs::read_link(&link).expect("an open file descriptor");
+    if !target.to_string_lossy().starts_with("/memfd:") {
+        eprintln!("{id}: {} cannot be read as a file", target.display());
+        return;
+    }
+    // Mesa's software drivers put a header of their own before the allocation.
+    let (mut file, mut held) = (fs::File::from(exported.handle), Vec::new());
+    file.rewind().expect("a file in memory has a beginning");
+    file.read_to_end(&mut held).expect("a file in memory can be read");
+    assert!(held.len() as u64 >= exported.memory_bytes, "{} bytes", held.len());
+    assert!(held.windows(expected.len()).any(|held| held == expected), "{id}: other bytes");
+}
+
+#[cfg(not(target_os = "linux"))]
+fn holds(_id: &str, _exported: SharedBuffer, _expected: &[u8]) {}
 
 fn tells_the_memory_of_each_resource(device: &mut dyn Device) {
     let data: Arc<[u8]> = vec![7; 3001].into();

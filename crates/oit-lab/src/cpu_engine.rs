@@ -250,6 +250,7 @@ impl Engine for CpuEngine {
             memory: None,
             prepare_ms: 0.0,
             programs: Vec::new(),
+            note: None,
         };
         self.ready.push(technique.clone());
         let ready = Ready(self.ready.len() - 1);

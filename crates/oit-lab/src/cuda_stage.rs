@@ -1,29 +1,32 @@
-//! The stage `cuda`: what a capture left on the GPU is copied to CUDA once a view, and every run
-//! resolves that copy.
+//! The stage `cuda`: every run resolves what its capture leaves, where Vulkan has it. Where memory is
+//! not shared, what a capture left is copied to CUDA once a view, and every run resolves that copy.
 
 use std::collections::HashMap;
 
-use oit_cuda::{Cuda, CudaError, DeviceBuffer, Kernel};
+use oit_cuda::{Cuda, CudaError, DeviceBuffer, Kernel, SharedMemory};
 use oit_fragments::Lfb;
-use oit_gpu::{Device, PlanId};
+use oit_gpu::{Device, PlanId, SharedBuffer};
 use oit_sort::{CUDA_KERNEL, CUDA_THREADS, CudaLayout, CudaProgram, Output};
 
 use crate::assemble::{intervals, sort_spec};
 use crate::engine::{CellError, FrameSize};
-use crate::technique::{Pool, Sorted};
+use crate::technique::{Pool, Sorted, Stage};
 
 /// CUDA on the engine's GPU, opened at the first technique that needs it, and what it holds of the
 /// open view.
 #[derive(Default)]
 pub(crate) struct CudaStage {
     opened: Option<Result<Cuda, String>>,
-    /// Of each capture the buffers that its layout reads: techniques of one capture resolve the same
-    /// copy, so that it is there once.
-    captured: HashMap<&'static str, Captured>,
+    /// What the resolves that were made ready read.
+    captured: Vec<Captured>,
+    /// Of each capture that was copied, which of these it is: techniques of one capture resolve the
+    /// same copy, so that it is there once.
+    copies: HashMap<&'static str, usize>,
     /// The picture of the last run.
     image: Option<DeviceBuffer>,
 }
 
+/// The buffers that a capture's layout reads, in memory shared with Vulkan or as a copy.
 struct Captured {
     buffers: Vec<DeviceBuffer>,
     /// Slots of `fragments`.
@@ -34,8 +37,21 @@ struct Captured {
 #[derive(Clone)]
 pub(crate) struct CudaResolve {
     kernel: Kernel,
-    capture: &'static str,
+    /// What it reads, as an index into [`CudaStage::captured`].
+    captured: usize,
     pixels: u32,
+    /// Why it resolves a copy; `None` where it does not.
+    copied_since: Option<String>,
+}
+
+impl CudaResolve {
+    /// What is told of it beside its verdict: which memory it reads.
+    pub(crate) fn note(&self) -> String {
+        match &self.copied_since {
+            None => "fragments are read from Vulkan's memory".into(),
+            Some(reason) => format!("a copy of the fragments is read: {reason}"),
+        }
+    }
 }
 
 impl From<CudaError> for CellError {
@@ -47,12 +63,35 @@ impl From<CudaError> for CellError {
     }
 }
 
+fn unprepared() -> CellError {
+    CellError::Failed("nothing was prepared in CUDA".into())
+}
+
 fn layout(technique: &Sorted) -> Result<CudaLayout<'static>, CellError> {
     let (name, random_access) = (technique.capture.name(), technique.capture.random_access());
     let source = technique.capture.layout_cuda();
     let source =
         source.ok_or_else(|| CellError::Unsupported(format!("{name} has no reader in CUDA")))?;
     Ok(CudaLayout { name, source, random_access })
+}
+
+/// The buffers of a technique's plan that the stage would share with Vulkan.
+pub(crate) fn shared_buffers(technique: &Sorted) -> Result<Vec<&'static str>, CellError> {
+    match technique.stage {
+        Stage::Cuda => Ok(layout(technique)?.buffers()),
+        Stage::Fragment | Stage::Compute => Ok(Vec::new()),
+    }
+}
+
+/// The same memory, in CUDA's words.
+fn shared_memory(buffer: SharedBuffer) -> SharedMemory {
+    let SharedBuffer { handle, uuid, memory_bytes, dedicated, offset_bytes, bytes } = buffer;
+    SharedMemory { handle, uuid, memory_bytes, dedicated, offset_bytes, bytes }
+}
+
+/// Slots of a buffer of fragments.
+fn slots_of(bytes: u64) -> u32 {
+    u32::try_from(bytes / 8).unwrap_or(u32::MAX)
 }
 
 /// The versions of CUDA's driver and compiler on this machine.
@@ -114,6 +153,7 @@ impl CudaStage {
     /// Forgets the view.
     pub(crate) fn reset(&mut self) {
         self.captured.clear();
+        self.copies.clear();
         self.image = None;
     }
 
@@ -126,7 +166,7 @@ impl CudaStage {
         peak: u32,
     ) -> Result<(), CellError> {
         if technique.pool != Pool::WHOLE {
-            let reason = "the cuda stage resolves a copy of a whole pool";
+            let reason = "the cuda stage resolves whole pools";
             return Err(CellError::Unsupported(reason.into()));
         }
         cuda_source(technique, size, peak)?;
@@ -156,8 +196,9 @@ impl CudaStage {
         Ok(self.open(device)?.kernel(&label, &source, CUDA_KERNEL)?)
     }
 
-    /// Copies what a technique's plan left when it ran, unless one of the same capture did before.
-    pub(crate) fn copy(
+    /// Takes what a technique's plan leaves when it runs: by sharing its memory, or else by copying
+    /// what it left, unless one of the same capture was copied before.
+    pub(crate) fn take(
         &mut self,
         device: &mut dyn Device,
         plan: PlanId,
@@ -166,56 +207,90 @@ impl CudaStage {
         size: FrameSize,
     ) -> Result<CudaResolve, CellError> {
         let layout = layout(technique)?;
-        let (capture, pixels) = (layout.name, size.pixels() as u32);
-        if !self.captured.contains_key(capture) {
-            let (mut buffers, mut room) = (Vec::new(), 0);
-            for name in layout.buffers() {
-                let bytes = device.read(plan, name)?;
-                if name == "fragments" {
-                    room = u32::try_from(bytes.len() / 8).unwrap_or(u32::MAX);
-                }
-                buffers.push(self.open(device)?.upload(name, &bytes)?);
-            }
-            self.captured.insert(capture, Captured { buffers, room });
-        }
+        let pixels = size.pixels() as u32;
         if self.image.is_none() {
             self.image = Some(self.open(device)?.allocate("image", 16 * size.pixels())?);
         }
-        Ok(CudaResolve { kernel, capture, pixels })
+        // What keeps it from being shared only makes it be copied, and is told.
+        let (captured, copied_since) = match self.share(device, plan, &layout) {
+            Ok(shared) => {
+                self.captured.push(shared);
+                (self.captured.len() - 1, None)
+            }
+            Err(reason) => (self.copy(device, plan, &layout)?, Some(reason.to_string())),
+        };
+        Ok(CudaResolve { kernel, captured, pixels, copied_since })
     }
 
-    fn parts(&mut self) -> Result<(&Cuda, &mut DeviceBuffer), CellError> {
-        match (&self.opened, &mut self.image) {
-            (Some(Ok(cuda)), Some(image)) => Ok((cuda, image)),
-            _ => Err(CellError::Failed("nothing was prepared in CUDA".into())),
+    fn share(
+        &mut self,
+        device: &dyn Device,
+        plan: PlanId,
+        layout: &CudaLayout,
+    ) -> Result<Captured, CellError> {
+        let cuda = self.open(device)?;
+        let (mut buffers, mut room) = (Vec::new(), 0);
+        for name in layout.buffers() {
+            let memory = shared_memory(device.export(plan, name)?);
+            if name == "fragments" {
+                room = slots_of(memory.bytes);
+            }
+            // SAFETY: the memory is as the device that allocated it says.
+            buffers.push(unsafe { cuda.import(name, memory) }?);
         }
+        Ok(Captured { buffers, room })
+    }
+
+    fn copy(
+        &mut self,
+        device: &mut dyn Device,
+        plan: PlanId,
+        layout: &CudaLayout<'static>,
+    ) -> Result<usize, CellError> {
+        if let Some(&known) = self.copies.get(layout.name) {
+            return Ok(known);
+        }
+        let (mut buffers, mut room) = (Vec::new(), 0);
+        for name in layout.buffers() {
+            let bytes = device.read(plan, name)?;
+            if name == "fragments" {
+                room = slots_of(bytes.len() as u64);
+            }
+            buffers.push(self.open(device)?.upload(name, &bytes)?);
+        }
+        self.captured.push(Captured { buffers, room });
+        self.copies.insert(layout.name, self.captured.len() - 1);
+        Ok(self.captured.len() - 1)
     }
 
     /// Resolves; nanoseconds by CUDA's events.
     pub(crate) fn run(&mut self, resolve: &CudaResolve) -> Result<u64, CellError> {
-        let captured = self.captured.remove(resolve.capture);
-        let captured =
-            captured.ok_or_else(|| CellError::Failed("nothing was copied to CUDA".into()))?;
-        let (cuda, image) = self.parts()?;
+        let (Some(Ok(cuda)), Some(image), Some(captured)) =
+            (&self.opened, &mut self.image, self.captured.get(resolve.captured))
+        else {
+            return Err(unprepared());
+        };
         let blocks = (resolve.pixels.div_ceil(CUDA_THREADS), CUDA_THREADS);
         let inputs = (&*captured.buffers, captured.room, &[][..]);
         // SAFETY: the kernel is made from the layout whose buffers these are, in their order, for a
-        // picture of this size; the fragments in them were counted.
-        let ns = unsafe { cuda.run(&resolve.kernel, blocks, inputs, image) };
-        self.captured.insert(resolve.capture, captured);
-        Ok(ns?)
+        // picture of this size; the fragments in them were counted. The device waits for every run.
+        Ok(unsafe { cuda.run(&resolve.kernel, blocks, inputs, image) }?)
     }
 
     /// The picture of the last run, as bytes.
-    pub(crate) fn picture(&mut self) -> Result<Vec<u8>, CellError> {
-        let (cuda, image) = self.parts()?;
-        Ok(cuda.read(image)?)
+    pub(crate) fn picture(&self) -> Result<Vec<u8>, CellError> {
+        match (&self.opened, &self.image) {
+            (Some(Ok(cuda)), Some(image)) => Ok(cuda.read(image)?),
+            _ => Err(unprepared()),
+        }
     }
 
-    /// Bytes of the copy that a technique resolves, and of its picture.
+    /// Bytes of the copy that a technique resolves, none where it shares what it reads, and of its
+    /// picture.
     pub(crate) fn memory_bytes(&self, resolve: &CudaResolve) -> (u64, u64) {
-        let buffers = self.captured.get(resolve.capture).map(|captured| &captured.buffers);
-        let copy = buffers.into_iter().flatten().map(DeviceBuffer::bytes).sum();
+        let buffers = self.captured.get(resolve.captured).map(|captured| &captured.buffers);
+        let copied = buffers.into_iter().flatten().filter(|buffer| !buffer.is_imported());
+        let copy = copied.map(DeviceBuffer::bytes).sum();
         (copy, self.image.as_ref().map_or(0, DeviceBuffer::bytes))
     }
 }

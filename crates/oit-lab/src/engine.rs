@@ -221,6 +221,8 @@ pub struct Preparation {
     pub prepare_ms: f64,
     /// Its resolve programs, one an interval from the shallowest; empty on the CPU and for methods.
     pub programs: Vec<Program>,
+    /// What else is to be told of it, in words: in the stage `cuda`, which memory it reads and why.
+    pub note: Option<String>,
 }
 
 /// Device memory of a technique, as allocated, in bytes.

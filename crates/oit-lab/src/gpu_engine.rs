@@ -13,7 +13,7 @@ use oit_spheres::{SphereBytes, Variation};
 
 use crate::assemble::{Fragments, IMAGE, assemble, intervals, lists, programs, slots};
 use crate::bandwidth::{BANDWIDTH_BYTES, measure_bandwidth};
-use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions};
+use crate::cuda_stage::{CudaResolve, CudaStage, cuda_versions, shared_buffers};
 use crate::engine::{
     CellError, Engine, FrameSize, Memory, Preparation, Ready, Source, ViewData, draws_itself,
 };
@@ -23,10 +23,11 @@ use crate::work::pass_work;
 
 /// A GPU and the view open on it.
 pub(crate) struct GpuEngine {
+    // What it imports goes before the device whose memory it is.
+    cuda: CudaStage,
     device: Box<dyn Device>,
     info: DeviceInfo,
     view: Option<OpenView>,
-    cuda: CudaStage,
 }
 
 struct OpenView {
@@ -67,7 +68,7 @@ impl GpuEngine {
                 }
             }
         }
-        Self { device, info, view: None, cuda: CudaStage::default() }
+        Self { cuda: CudaStage::default(), device, info, view: None }
     }
 
     fn view(&self) -> Result<&OpenView, CellError> {
@@ -119,8 +120,13 @@ impl GpuEngine {
         };
         let (size, total) = (view.data.size, view.histogram.total());
         let plan = assemble(technique, fragments, size, &view.histogram, pool_slots)?;
+        let shared = shared_buffers(technique)?;
         let started = Instant::now();
-        let id = self.device.prepare(&plan)?;
+        let id = match self.device.prepare_shared(&plan, &shared) {
+            // The stage copies then, and tells why.
+            Err(GpuError::Unsupported(_)) if !shared.is_empty() => self.device.prepare(&plan)?,
+            prepared => prepared?,
+        };
         let prepare_ms = started.elapsed().as_secs_f64() * 1e3;
         self.device.poison(id)?;
         self.device.run(id)?;
@@ -198,7 +204,7 @@ impl GpuEngine {
             let started = Instant::now();
             let kernel = self.cuda.compile(&*self.device, technique, size, peak)?;
             prepare_ms += started.elapsed().as_secs_f64() * 1e3;
-            let resolve = self.cuda.copy(&mut *self.device, plan, technique, kernel, size)?;
+            let resolve = self.cuda.take(&mut *self.device, plan, technique, kernel, size)?;
             self.cuda.run(&resolve)?;
             let (copy, image) = self.cuda.memory_bytes(&resolve);
             memory.all_bytes += copy + image;
@@ -213,6 +219,7 @@ impl GpuEngine {
             memory: Some(memory),
             prepare_ms,
             programs: programs(technique, peak, &self.device.compiled(plan)?)?,
+            note: cuda.as_ref().map(CudaResolve::note),
         };
         let capture = Some(technique.capture);
         let view = self.view.as_mut().expect("it was open above");
@@ -254,6 +261,7 @@ impl GpuEngine {
             memory: Some(self.memory(None, None, plan)?),
             prepare_ms,
             programs: Vec::new(),
+            note: None,
         };
         let view = self.view.as_mut().expect("it was open above");
         let ready = ReadyPlan { attempt: None, plan, cuda: None, capture: None, pool_slots: 0 };
@@ -303,8 +311,8 @@ impl Engine for GpuEngine {
     }
 
     fn open_view(&mut self, data: ViewData) -> Result<DepthHistogram, CellError> {
-        self.device.reset();
         self.cuda.reset();
+        self.device.reset();
         self.view = None;
         let counts: Vec<u32> = match &data.source {
             _ if !data.counted => Vec::new(),

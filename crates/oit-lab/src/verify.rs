@@ -199,6 +199,10 @@ impl Verifier {
             });
             (Verdict::Exact, tied)
         };
+        let note = match (note, &preparation.note) {
+            (Some(note), Some(told)) => Some(format!("{note}; {told}")),
+            (note, told) => note.or_else(|| told.clone()),
+        };
         Ok(Verification {
             note,
             fragments_missing: fragments.missing,

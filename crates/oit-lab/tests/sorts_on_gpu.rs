@@ -4,7 +4,7 @@
 mod support;
 
 use oit_fragments::Ties;
-use oit_gpu::Device;
+use oit_gpu::{Device, GpuError};
 use oit_lab::{check_emitted, emitted, kernel_conforms};
 use oit_sort::{STRATEGIES, Scratch, SortSpec, patterns, store_name, strategy};
 
@@ -38,24 +38,30 @@ fn every_kernel_sorts_as_its_twin() {
     }
 }
 
-/// The most fragments that techniques hold; fewer where llvmpipe is given arrays filled with zeros,
-/// as wgpu gives them: filling thousands of places takes it minutes to compile.
-fn deepest_of_all(id: &str, device: &dyn Device) -> u32 {
+/// The most fragments that a strategy can be asked for; fewer where llvmpipe is given arrays filled with
+/// zeros, as wgpu gives them (filling thousands of places takes it minutes to compile), and where it
+/// would end a loop too early (see `kernel_conforms`).
+fn deepest_of_all(id: &str, device: &dyn Device, name: &str) -> u32 {
     let software = device.info().name.contains("llvmpipe");
-    if software && id.starts_with("wgpu") { 512 } else { 4096 }
+    match name {
+        "rescan" if software => 512,
+        _ if software && id.starts_with("wgpu") => 512,
+        _ => 4096,
+    }
 }
 
-/// The deepest pixels, by strategies whose loops are short enough even where they are cut off
-/// (see `kernel_conforms`).
+/// The deepest pixels, by strategies that hold so many. A driver may not compile large arrays; one
+/// strategy at least sorts there.
 #[test]
 fn pixels_of_4096_fragments_are_sorted() {
     let mut scratch = Scratch::default();
     for id in support::gpus() {
         let cache = support::cache();
         let mut device = oit_gpu::open(&id, cache.path()).expect("a listed device opens");
-        let max_frags = deepest_of_all(&id, &*device);
-        for name in ["rbs_hier", "rbs_heap"] {
+        let mut sorted = 0;
+        for name in ["rbs_hier", "rbs_heap", "rescan"] {
             let strategy = strategy(name).expect("a strategy");
+            let max_frags = deepest_of_all(&id, &*device, name);
             let (min_frags, store) = (max_frags / 2 + 1, strategy.stores()[0]);
             let spec = SortSpec { min_frags, max_frags, ties: Ties::Total, store };
             let patterns = ["random", "reversed"].map(|name| {
@@ -69,15 +75,23 @@ fn pixels_of_4096_fragments_are_sorted() {
                         patterns.map(|pattern| pattern.fragments(count, seed))
                     })
                     .collect();
-            let found = emitted(&mut *device, strategy, spec, false, &pixels)
-                .unwrap_or_else(|error| panic!("{id} {name}: {error}"));
+            let found = match emitted(&mut *device, strategy, spec, false, &pixels) {
+                Ok(found) => found,
+                Err(GpuError::Unsupported(reason)) => {
+                    println!("{id}: {name} SKIPPED {reason}");
+                    continue;
+                }
+                Err(error) => panic!("{id} {name}: {error}"),
+            };
             for (given, found) in pixels.iter().zip(found) {
                 if let Err(text) = check_emitted(strategy, spec, given, found, &mut scratch) {
                     panic!("{id} {name} {spec:?}, {} fragments: {text}", given.len());
                 }
             }
             println!("{id}: {name} sorts {max_frags}");
+            sorted += 1;
             device.reset();
         }
+        assert!(sorted > 0, "{id}: nothing sorts pixels so deep");
     }
 }

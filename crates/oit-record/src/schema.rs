@@ -179,7 +179,7 @@ pub enum Event {
 pub struct Verification {
     /// The verdict.
     pub verdict: Verdict,
-    /// Why, in words, where the verdict is not `exact`.
+    /// Why, in words, where the verdict is not `exact`; and of the stage `cuda` which memory it reads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// Pixels off by more than 1/255 in some channel.

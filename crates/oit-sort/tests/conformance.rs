@@ -93,7 +93,7 @@ fn deep_pixels_are_sorted() {
             }
         }
     }
-    for name in ["heap", "merge", "rbs_heap", "rbs_hier"] {
+    for name in ["heap", "merge", "rbs_heap", "rbs_hier", "rescan"] {
         let limit = strategy(name).unwrap().limit();
         assert!(limit.is_none_or(|limit| limit >= 4096), "{name} holds 4096");
     }

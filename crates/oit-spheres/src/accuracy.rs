@@ -20,7 +20,11 @@ impl Variation {
             }
         }
         match self.output {
-            Output::Bytes64 | Output::Bytes36 | Output::Bytes24 | Output::Bytes4 => Ok(()),
+            Output::Bytes64
+            | Output::Bytes36
+            | Output::Bytes24
+            | Output::Bytes4
+            | Output::Direct => Ok(()),
             Output::Bytes12 => Err("normals are two bytes, and positions three 16-bit floats"),
             Output::Bytes8 => Err("normals are differences of neighbouring depths"),
         }

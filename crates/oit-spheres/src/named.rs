@@ -51,6 +51,7 @@ pub const VARIATIONS: &[&str] = &[
     "spheres/batches/mesh-shader/per-center/conservative-depth/discard/bytes4",
     "spheres/compute/bytes64",
     "spheres/compute/bytes4",
+    "spheres/compute/direct",
     // Orders (chapter 5).
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/front-to-back",
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/back-to-front",
@@ -61,19 +62,19 @@ pub const VARIATIONS: &[&str] = &[
     // Without levels of detail.
     "spheres/batches/geometry/per-fragment/sphere-depth/discard/bytes64/full-detail",
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/full-detail",
-    "spheres/compute/bytes4/full-detail",
+    "spheres/compute/direct/full-detail",
     // Culling (chapter 5).
     "spheres/batches/geometry/per-fragment/sphere-depth/discard/bytes64/frustum",
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/frustum",
     "spheres/per-mesh/pulled/per-center/conservative-depth/discard/bytes4/frustum",
-    "spheres/compute/bytes4/frustum",
+    "spheres/compute/direct/frustum",
     "spheres/batches/geometry/per-fragment/sphere-depth/discard/bytes64/occlusion",
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/occlusion",
     "spheres/per-mesh/pulled/per-center/conservative-depth/discard/bytes4/occlusion",
     "spheres/index-list/pulled/per-center/conservative-depth/discard/bytes4/occlusion",
     "spheres/batches/mesh-shader/per-center/conservative-depth/discard/bytes4/occlusion",
     "spheres/per-object/pulled/per-center/conservative-depth/discard/bytes4/sorted/occlusion",
-    "spheres/compute/bytes4/occlusion",
+    "spheres/compute/direct/occlusion",
 ];
 
 /// Every variation that makes sense: the thesis's "every combination" (chapter 4), and more.

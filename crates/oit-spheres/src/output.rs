@@ -61,6 +61,7 @@ impl Output {
                 const PARTS: &[Part] = &[IDS];
                 PARTS
             }
+            Self::Direct => &[],
         }
     }
 
@@ -119,19 +120,21 @@ impl Output {
             Self::Bytes4 => {
                 (include_str!("wgsl/ids_packed.wgsl"), include_str!("wgsl/bytes4.wgsl"))
             }
+            Self::Direct => unreachable!("no fragment is written"),
         };
         [&text, include_str!("wgsl/hemisphere.wgsl"), ids, pack].concat()
     }
 
-    /// WGSL: `ids_at`, which reads a pixel's object and atom from the targets.
+    /// WGSL: `ids_at`, which reads a pixel's object and atom from where they were left.
     pub(crate) fn ids_wgsl(self) -> &'static str {
         match self {
             Self::Bytes64 => include_str!("wgsl/ids_at_float.wgsl"),
+            Self::Direct => include_str!("wgsl/ids_at_nearest.wgsl"),
             _ => include_str!("wgsl/ids_at_word.wgsl"),
         }
     }
 
-    /// WGSL: `seen_at`, which reads all of a pixel from the targets.
+    /// WGSL: `seen_at`, which reads all of a pixel from where it was left.
     pub(crate) fn seen_wgsl(self) -> String {
         let seen = match self {
             Self::Bytes64 => include_str!("wgsl/bytes64_seen.wgsl"),
@@ -139,7 +142,7 @@ impl Output {
             Self::Bytes24 => include_str!("wgsl/bytes24_seen.wgsl"),
             Self::Bytes12 => include_str!("wgsl/bytes12_seen.wgsl"),
             Self::Bytes8 => include_str!("wgsl/bytes8_seen.wgsl"),
-            Self::Bytes4 => include_str!("wgsl/bytes4_seen.wgsl"),
+            Self::Bytes4 | Self::Direct => include_str!("wgsl/bytes4_seen.wgsl"),
         };
         let hemisphere = include_str!("wgsl/hemisphere.wgsl");
         [include_str!("wgsl/seen.wgsl"), hemisphere, self.ids_wgsl(), seen].concat()

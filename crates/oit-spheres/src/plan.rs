@@ -14,12 +14,12 @@ use crate::ids::Ids;
 use crate::text::shader;
 use crate::view::View;
 use crate::{
-    Billboard, Cover, Culling, Depth, Drawing, Order, Projection, Raster, SphereBytes, Variation,
-    billboard, drawing, occlusion, order,
+    Billboard, Cover, Culling, Depth, Drawing, Order, Output, Projection, Raster, SphereBytes,
+    Variation, billboard, drawing, occlusion, order,
 };
 
-/// The target that a plan leaves its picture in: [`Format::Rgba32Float`], premultiplied; alpha is 1
-/// where there is a sphere, and 0 elsewhere.
+/// What a plan leaves its picture in, a target or a buffer: four floats a pixel, premultiplied; alpha
+/// is 1 where there is a sphere, and 0 elsewhere.
 pub const PICTURE: &str = "image";
 
 const DRAW: &str = "draw";
@@ -41,7 +41,7 @@ pub struct SphereRequest<'a> {
 }
 
 impl Variation {
-    /// The plan that draws spheres in this way and leaves the picture in the target [`PICTURE`].
+    /// The plan that draws spheres in this way and leaves the picture in [`PICTURE`].
     ///
     /// # Errors
     /// Why this cannot be drawn so, in words. What a device lacks is found by the device.
@@ -72,7 +72,12 @@ impl Variation {
             width: request.width_px,
             height: request.height_px,
         };
-        plan.targets.push(target(PICTURE, Format::Rgba32Float));
+        if self.output == Output::Direct {
+            let pixels = u64::from(request.width_px) * u64::from(request.height_px);
+            plan.buffers.push(Buffer::new(PICTURE, 16 * pixels));
+        } else {
+            plan.targets.push(target(PICTURE, Format::Rgba32Float));
+        }
         if self.raster != Raster::Compute {
             plan.targets.push(target("depth", Format::Depth32Float));
         }
@@ -101,7 +106,7 @@ impl Variation {
                 }
             }
         }
-        if self.raster == Raster::Compute {
+        if self.raster == Raster::Compute && self.output != Output::Direct {
             plan.passes.push(write_out(&context));
         }
         plan.passes.push(shade(&context));
@@ -286,15 +291,25 @@ fn write_out(context: &Context) -> Pass {
 
 fn shade(context: &Context) -> Pass {
     let constants = [context.perspective_wgsl(), context.ids_wgsl()];
-    let seen = context.variation.output.seen_wgsl();
-    let texts = [
-        include_str!("wgsl/view.wgsl"),
-        include_str!("wgsl/spheres.wgsl"),
-        include_str!("wgsl/meet.wgsl"),
-        &seen,
-        include_str!("wgsl/shade.wgsl"),
-    ];
-    let mut raster = Drawn::new(shader("shade: picture", &constants, &texts), WHOLE);
+    let output = context.variation.output;
+    let seen = output.seen_wgsl();
+    let shader = |entry| {
+        let texts = [
+            include_str!("wgsl/view.wgsl"),
+            include_str!("wgsl/spheres.wgsl"),
+            include_str!("wgsl/meet.wgsl"),
+            &seen,
+            include_str!("wgsl/shade.wgsl"),
+            entry,
+        ];
+        shader("shade: picture", &constants, &texts)
+    };
+    if output == Output::Direct {
+        let (width, height) = (context.request.width_px, context.request.height_px);
+        let groups = Dispatch::Workgroups([width.div_ceil(8), height.div_ceil(8), 1]);
+        return Pass::compute(SHADE, shader(include_str!("wgsl/shade_compute.wgsl")), groups);
+    }
+    let mut raster = Drawn::new(shader(include_str!("wgsl/shade_raster.wgsl")), WHOLE);
     raster.color = vec![ColorAttachment {
         target: PICTURE.to_owned(),
         load: Load::Clear([0.0; 4]),

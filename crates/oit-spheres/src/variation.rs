@@ -156,6 +156,8 @@ axis!(
     Bytes8 = "bytes8",
     /// Atom and instance in 16 bits each; they name the sphere, which is met once more.
     Bytes4 = "bytes4",
+    /// Nothing: the picture is made in compute of what the compute rasteriser kept.
+    Direct = "direct",
 });
 
 axis!(
@@ -239,6 +241,9 @@ impl Variation {
             }
             Raster::Billboards { depth: Depth::Flat, cover: Cover::Infinite, .. } => {
                 Some("an infinite depth is a depth that the shader writes")
+            }
+            Raster::Billboards { .. } if self.output == Output::Direct => {
+                Some("a billboard's fragments are written somewhere")
             }
             _ => None,
         }

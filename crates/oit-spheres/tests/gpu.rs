@@ -43,6 +43,8 @@ const EXACT: &[&str] = &[
     "compute/bytes64",
     "compute/bytes24/full-detail/frustum",
     "compute/bytes4/occlusion",
+    "compute/direct",
+    "compute/direct/full-detail/occlusion",
 ];
 
 fn variation(name: &str) -> Variation {

@@ -201,6 +201,7 @@ pub(crate) const TABLES: [SphereTable; 6] = [
                 "spheres/index-list/pulled/per-center/conservative-depth/discard/bytes4/occlusion",
             ),
             ("compute rasteriser", "spheres/compute/bytes4"),
+            ("the same, shaded in compute", "spheres/compute/direct"),
         ],
     },
 ];

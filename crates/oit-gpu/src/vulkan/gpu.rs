@@ -2,13 +2,26 @@
 
 use super::instance::Instance;
 use super::physical::Physical;
+use super::sharing::{self, HANDLE};
 use super::{executables, failure, formats};
+use crate::device::no_sharing;
 use crate::{GpuError, Target};
 use ash::{ext, khr, vk};
 use std::rc::Rc;
 
 /// Bytes of the buffer through which uploads and read-backs go, piece by piece.
 const STAGING_BYTES: u64 = 64 << 20;
+
+/// What a plan's buffer may be used for: anything.
+pub(super) const BUFFER_USAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
+    vk::BufferUsageFlags::STORAGE_BUFFER.as_raw()
+        | vk::BufferUsageFlags::UNIFORM_BUFFER.as_raw()
+        | vk::BufferUsageFlags::VERTEX_BUFFER.as_raw()
+        | vk::BufferUsageFlags::INDEX_BUFFER.as_raw()
+        | vk::BufferUsageFlags::INDIRECT_BUFFER.as_raw()
+        | vk::BufferUsageFlags::TRANSFER_SRC.as_raw()
+        | vk::BufferUsageFlags::TRANSFER_DST.as_raw(),
+);
 
 /// A logical device with one queue. Dropping it destroys it.
 pub(super) struct Gpu {
@@ -21,6 +34,8 @@ pub(super) struct Gpu {
     pub(super) executables: Option<executables::Functions>,
     /// The functions of mesh shaders, where the device has them.
     pub(super) mesh: Option<ext::mesh_shader::Device>,
+    /// The functions that export memory, where the device has them.
+    pub(super) sharing: Option<sharing::Functions>,
     pub(super) instance: Rc<Instance>,
 }
 
@@ -76,6 +91,9 @@ impl Gpu {
             extensions.push(ext::mesh_shader::NAME.as_ptr());
             create = create.push_next(&mut mesh);
         }
+        if physical.sharing.is_ok() {
+            extensions.push(khr::external_memory_fd::NAME.as_ptr());
+        }
         let create = create.enabled_extension_names(&extensions);
         // SAFETY: the physical device is of this instance; what is enabled it has, or, like the
         // features of 1.3 named here, every device of its version must have.
@@ -86,9 +104,12 @@ impl Gpu {
         let queue = unsafe { device.get_device_queue(physical.queue_family, 0) };
         let executables = asks.then(|| executables::Functions::new(&instance.raw, &device));
         let mesh = stages.mesh.then(|| ext::mesh_shader::Device::new(&instance.raw, &device));
+        let sharing =
+            physical.sharing.is_ok().then(|| sharing::Functions::new(&instance.raw, &device));
         let mut gpu = Self {
             device,
             mesh,
+            sharing,
             physical,
             queue,
             command_pool: vk::CommandPool::null(),
@@ -206,12 +227,13 @@ impl Gpu {
     }
 
     /// Memory that fulfils the requirements, of a type with the first of these properties that
-    /// there is.
+    /// there is. What else is asked of it, `allocate` says.
     fn allocate(
         &self,
         what: &str,
         needs: vk::MemoryRequirements,
         preferences: &[vk::MemoryPropertyFlags],
+        allocate: vk::MemoryAllocateInfo<'_>,
     ) -> Result<vk::DeviceMemory, GpuError> {
         let types = self.physical.memory.memory_types_as_slice();
         let of = |wanted: vk::MemoryPropertyFlags| {
@@ -222,9 +244,7 @@ impl Gpu {
         let index = preferences.iter().find_map(|&wanted| of(wanted)).ok_or_else(|| {
             GpuError::Unsupported(format!("{what}: the device has no memory of that kind"))
         })?;
-        let allocate = vk::MemoryAllocateInfo::default()
-            .allocation_size(needs.size)
-            .memory_type_index(index as u32);
+        let allocate = allocate.allocation_size(needs.size).memory_type_index(index as u32);
         // SAFETY: the type is one of the device's.
         unsafe { self.device.allocate_memory(&allocate, None) }
             .map_err(|error| failure(&format!("allocating {} bytes for {what}", needs.size), error))
@@ -246,23 +266,57 @@ impl Drop for Gpu {
 pub(super) struct Buffer {
     gpu: Rc<Gpu>,
     pub(super) raw: vk::Buffer,
-    memory: vk::DeviceMemory,
+    pub(super) memory: vk::DeviceMemory,
     /// The size of its allocation.
     pub(super) memory_bytes: u64,
+    /// `None` where its memory is not shared.
+    pub(super) shared: Option<Shared>,
+}
+
+/// Of a buffer whose memory is shared.
+#[derive(Clone, Copy)]
+pub(super) struct Shared {
+    /// Whether the allocation is a dedicated one.
+    pub(super) dedicated: bool,
 }
 
 impl Buffer {
     /// A buffer in device memory, for any use.
     pub(super) fn new(gpu: &Rc<Gpu>, name: &str, bytes: u64) -> Result<Self, GpuError> {
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::UNIFORM_BUFFER
-            | vk::BufferUsageFlags::VERTEX_BUFFER
-            | vk::BufferUsageFlags::INDEX_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_SRC
-            | vk::BufferUsageFlags::TRANSFER_DST;
         let what = format!("buffer {name:?}");
-        Self::with(gpu, &what, bytes, usage, &[vk::MemoryPropertyFlags::DEVICE_LOCAL])
+        Self::with(gpu, &what, bytes, BUFFER_USAGE, &[vk::MemoryPropertyFlags::DEVICE_LOCAL])
+    }
+
+    /// The same in memory that [`sharing::handle`] gives away.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the device does not share memory.
+    pub(super) fn shared(gpu: &Rc<Gpu>, name: &str, bytes: u64) -> Result<Self, GpuError> {
+        let sharing = gpu.physical.sharing.as_ref().map_err(|reason| no_sharing(reason))?;
+        let what = format!("shared buffer {name:?}");
+        let mut external = vk::ExternalMemoryBufferCreateInfo::default().handle_types(HANDLE);
+        let create = vk::BufferCreateInfo::default()
+            .size(bytes)
+            .usage(BUFFER_USAGE)
+            .push_next(&mut external);
+        let mut buffer = Self::unbound(gpu, &what, &create)?;
+        let mut alone = vk::MemoryDedicatedRequirements::default();
+        let mut needs = vk::MemoryRequirements2::default().push_next(&mut alone);
+        let info = vk::BufferMemoryRequirementsInfo2::default().buffer(buffer.raw);
+        // SAFETY: the buffer is alive.
+        unsafe { gpu.device.get_buffer_memory_requirements2(&info, &mut needs) };
+        let needs = needs.memory_requirements;
+        let dedicated = sharing.dedicated_only || alone.requires_dedicated_allocation != 0;
+        let mut export = vk::ExportMemoryAllocateInfo::default().handle_types(HANDLE);
+        let mut for_it = vk::MemoryDedicatedAllocateInfo::default().buffer(buffer.raw);
+        let mut allocate = vk::MemoryAllocateInfo::default().push_next(&mut export);
+        if dedicated {
+            allocate = allocate.push_next(&mut for_it);
+        }
+        let local = [vk::MemoryPropertyFlags::DEVICE_LOCAL];
+        buffer.bind(&what, needs, gpu.allocate(&what, needs, &local, allocate)?)?;
+        buffer.shared = Some(Shared { dedicated });
+        Ok(buffer)
     }
 
     fn with(
@@ -273,21 +327,38 @@ impl Buffer {
         preferences: &[vk::MemoryPropertyFlags],
     ) -> Result<Self, GpuError> {
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+        let mut buffer = Self::unbound(gpu, what, &create)?;
+        // SAFETY: the buffer is alive.
+        let needs = unsafe { gpu.device.get_buffer_memory_requirements(buffer.raw) };
+        let allocate = vk::MemoryAllocateInfo::default();
+        buffer.bind(what, needs, gpu.allocate(what, needs, preferences, allocate)?)?;
+        Ok(buffer)
+    }
+
+    /// A buffer that has no memory yet.
+    fn unbound(
+        gpu: &Rc<Gpu>,
+        what: &str,
+        create: &vk::BufferCreateInfo<'_>,
+    ) -> Result<Self, GpuError> {
         // SAFETY: the device is alive; the size is not zero.
-        let raw = unsafe { gpu.device.create_buffer(&create, None) }
+        let raw = unsafe { gpu.device.create_buffer(create, None) }
             .map_err(|error| failure(&format!("creating {what}"), error))?;
         let memory = vk::DeviceMemory::null();
-        let mut buffer = Self { gpu: gpu.clone(), raw, memory, memory_bytes: 0 };
+        Ok(Self { gpu: gpu.clone(), raw, memory, memory_bytes: 0, shared: None })
+    }
+
+    /// Gives an unbound buffer its memory, which is as it requires.
+    fn bind(
+        &mut self,
+        what: &str,
+        needs: vk::MemoryRequirements,
+        memory: vk::DeviceMemory,
+    ) -> Result<(), GpuError> {
+        (self.memory, self.memory_bytes) = (memory, needs.size);
         // SAFETY: the buffer is new and unbound, and the memory as it requires.
-        unsafe {
-            let needs = gpu.device.get_buffer_memory_requirements(raw);
-            buffer.memory = gpu.allocate(what, needs, preferences)?;
-            buffer.memory_bytes = needs.size;
-            gpu.device
-                .bind_buffer_memory(raw, buffer.memory, 0)
-                .map_err(|error| failure(&format!("binding the memory of {what}"), error))?;
-        }
-        Ok(buffer)
+        unsafe { self.gpu.device.bind_buffer_memory(self.raw, memory, 0) }
+            .map_err(|error| failure(&format!("binding the memory of {what}"), error))
     }
 }
 
@@ -348,7 +419,8 @@ impl Image {
         unsafe {
             let needs = gpu.device.get_image_memory_requirements(raw);
             let local = [vk::MemoryPropertyFlags::DEVICE_LOCAL];
-            image.memory = gpu.allocate(&what, needs, &local)?;
+            let allocate = vk::MemoryAllocateInfo::default();
+            image.memory = gpu.allocate(&what, needs, &local, allocate)?;
             image.memory_bytes = needs.size;
             gpu.device
                 .bind_image_memory(raw, image.memory, 0)

@@ -14,15 +14,16 @@ mod physical;
 mod pipeline;
 mod prepared;
 mod sample_mask;
+mod sharing;
 mod statistics;
 pub(crate) mod words;
 
-use crate::device::{POISON, no_resource, no_statistics, not_prepared};
+use crate::device::{POISON, no_resource, no_sharing, no_statistics, not_prepared};
 use crate::pipeline_key::PipelineKey;
 use crate::reflect::Shaders;
 use crate::{
-    Compiled, Contents, Device, DeviceInfo, Format, GpuError, PassStatistics, Plan, PlanId, Target,
-    Timing,
+    Compiled, Contents, Device, DeviceInfo, Format, GpuError, PassStatistics, Plan, PlanId,
+    SharedBuffer, Target, Timing,
 };
 use ash::vk;
 use gpu::{Buffer, Gpu, Image, Staging};
@@ -62,14 +63,18 @@ pub struct Vulkan {
     gpu: Rc<Gpu>,
 }
 
-/// What plans share: buffers and targets of the same name and size.
+/// What plans share: buffers and targets of the same name and size. Buffers that are shared with other
+/// interfaces are others.
 #[derive(Default)]
 struct Resources {
-    undefined: HashMap<(String, u64), Rc<Buffer>>,
+    undefined: HashMap<(String, u64, bool), Rc<Buffer>>,
     // The data is held, so that no other data can take its address.
-    given: HashMap<usize, (Arc<[u8]>, Rc<Buffer>)>,
+    given: HashMap<(usize, bool), Given>,
     targets: HashMap<(String, Format, u32, u32), Rc<Image>>,
 }
+
+/// Data, and the buffer that holds it.
+type Given = (Arc<[u8]>, Rc<Buffer>);
 
 impl Vulkan {
     /// Opens the device of this index in the loader's order. Compiled pipelines are kept in
@@ -121,24 +126,25 @@ impl Vulkan {
         self.plans.get(&id.0).ok_or_else(|| not_prepared(id))
     }
 
-    fn buffer(&mut self, buffer: &crate::Buffer) -> Result<Rc<Buffer>, GpuError> {
+    fn buffer(&mut self, buffer: &crate::Buffer, shared: bool) -> Result<Rc<Buffer>, GpuError> {
         let bytes = buffer.allocated_bytes();
+        let make = if shared { Buffer::shared } else { Buffer::new };
         match &buffer.contents {
             Contents::Undefined => {
-                let key = (buffer.name.clone(), bytes);
+                let key = (buffer.name.clone(), bytes, shared);
                 if let Some(known) = self.resources.undefined.get(&key) {
                     return Ok(known.clone());
                 }
-                let new = Rc::new(Buffer::new(&self.gpu, &buffer.name, bytes)?);
+                let new = Rc::new(make(&self.gpu, &buffer.name, bytes)?);
                 self.resources.undefined.insert(key, new.clone());
                 Ok(new)
             }
             Contents::Data(data) => {
-                let key = Arc::as_ptr(data).addr();
+                let key = (Arc::as_ptr(data).addr(), shared);
                 if let Some((_, known)) = self.resources.given.get(&key) {
                     return Ok(known.clone());
                 }
-                let new = Rc::new(Buffer::new(&self.gpu, &buffer.name, bytes)?);
+                let new = Rc::new(make(&self.gpu, &buffer.name, bytes)?);
                 staging(&mut self.staging, &self.gpu)?.upload(data, &new)?;
                 self.resources.given.insert(key, (data.clone(), new.clone()));
                 Ok(new)
@@ -175,6 +181,17 @@ impl Device for Vulkan {
     }
 
     fn prepare(&mut self, plan: &Plan) -> Result<PlanId, GpuError> {
+        self.prepare_shared(plan, &[])
+    }
+
+    fn prepare_shared(&mut self, plan: &Plan, shared: &[&str]) -> Result<PlanId, GpuError> {
+        let has = |name: &str| plan.buffers.iter().any(|buffer| buffer.name == name);
+        if let Some(unknown) = shared.iter().find(|name| !has(name)) {
+            return Err(no_resource(&plan.name, unknown));
+        }
+        if let (Err(reason), [_, ..]) = (&self.gpu.physical.sharing, shared) {
+            return Err(no_sharing(reason));
+        }
         let reflections = crate::check::check(plan, &mut self.shaders)?;
         self.gpu.physical.limits.check(plan, &reflections)?;
         let mut pipelines = Vec::with_capacity(plan.passes.len());
@@ -197,7 +214,11 @@ impl Device for Vulkan {
             });
         }
         self.pipelines.store();
-        let buffers: Result<_, _> = plan.buffers.iter().map(|buffer| self.buffer(buffer)).collect();
+        let buffers: Result<_, _> = plan
+            .buffers
+            .iter()
+            .map(|buffer| self.buffer(buffer, shared.contains(&&*buffer.name)))
+            .collect();
         let targets: Result<_, _> = plan.targets.iter().map(|target| self.target(target)).collect();
         let mut prepared =
             Prepared::new(&self.gpu, plan, &reflections, pipelines, buffers?, targets?)?;
@@ -206,6 +227,21 @@ impl Device for Vulkan {
         self.next_plan += 1;
         self.plans.insert(id, prepared);
         Ok(PlanId(id))
+    }
+
+    fn export(&self, plan: PlanId, buffer: &str) -> Result<SharedBuffer, GpuError> {
+        let Prepared { buffers, plan, .. } = self.plan(plan)?;
+        let named = buffers.iter().find(|named| named.name == buffer);
+        let named = named.ok_or_else(|| no_resource(&plan.name, buffer))?;
+        Ok(SharedBuffer {
+            handle: sharing::handle(&self.gpu, buffer, &named.buffer)?,
+            uuid: self.gpu.physical.uuid,
+            memory_bytes: named.buffer.memory_bytes,
+            dedicated: named.buffer.shared.is_some_and(|shared| shared.dedicated),
+            // Every buffer has memory of its own.
+            offset_bytes: 0,
+            bytes: named.bytes,
+        })
     }
 
     fn planned(&self, plan: PlanId) -> Result<&Plan, GpuError> {

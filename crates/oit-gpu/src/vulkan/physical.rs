@@ -1,6 +1,8 @@
 //! A physical device: what it is, what it can do, and what of that the backend enables.
 
+use super::gpu::BUFFER_USAGE;
 use super::instance::{Instance, version_text};
+use super::sharing::{self, Sharing};
 use super::{failure, formats};
 use crate::features::Features;
 use crate::limits::{Limits, StageLimits};
@@ -31,6 +33,8 @@ pub(super) struct Physical {
     /// Names the device and its driver, for the pipeline cache.
     pub(super) cache_name: String,
     pub(super) has_executable_properties: bool,
+    /// How buffers can be shared with CUDA, or why they cannot.
+    pub(super) sharing: Result<Sharing, String>,
 }
 
 /// All physical devices, in the loader's order.
@@ -143,7 +147,13 @@ impl Physical {
         };
         let has_executable_properties = executables.pipeline_executable_info != 0;
         let blends = limits.blendable.contains(&Format::R32Float);
-        let unsupported = unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
+        let mut unsupported =
+            unsupported(&extensions, &features, &f12, &p11, clock.is_some(), blends);
+        let sharing = sharing::ask(vulkan, raw, &extensions, BUFFER_USAGE);
+        if let Err(reason) = &sharing {
+            let feature = "memory shared with CUDA".to_owned();
+            unsupported.push(Unsupported { feature, reason: reason.clone() });
+        }
         let device_heaps = memory.memory_heaps_as_slice().iter();
         let memory_bytes = device_heaps
             .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
@@ -184,6 +194,7 @@ impl Physical {
             subgroup_extended_types: f12.shader_subgroup_extended_types != 0,
             cache_name: format!("vulkan-{vendor:04x}-{device:04x}-{uuid}.bin"),
             has_executable_properties,
+            sharing,
         })
     }
 }

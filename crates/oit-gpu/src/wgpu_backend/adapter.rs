@@ -224,6 +224,7 @@ fn unsupported(
         feature("64-bit atomics", Features::SHADER_INT64_ATOMIC_ALL_OPS),
         feature("64-bit atomic minimum and maximum", Features::SHADER_INT64_ATOMIC_MIN_MAX),
         ("mesh shaders", false, "they are in GLSL, which wgpu does not take".to_owned()),
+        never("memory shared with CUDA"),
     ]
     .into_iter()
     .filter(|(_, supported, _)| !supported)

@@ -15,6 +15,7 @@ mod passthrough;
 mod rbs;
 mod rbs_heap;
 mod rbs_hier;
+mod rescan;
 mod rs;
 mod rs_inner;
 mod selection;
@@ -56,6 +57,8 @@ pub const STRATEGIES: &[&dyn SortStrategy] = &[
     &cooperative::COOPERATIVE_8,
     &cooperative::COOPERATIVE_16,
     &cooperative::COOPERATIVE_32,
+    &rescan::Rescan { early: false },
+    &rescan::Rescan { early: true },
 ];
 
 /// No strategy has this name.

@@ -2,11 +2,6 @@
 @group(0) @binding(13) var<storage, read> atom_rgba: array<u32>;
 @group(0) @binding(14) var<storage, read> object_rgba: array<u32>;
 
-@vertex
-fn vs(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {
-    return vec4<f32>(f32(vertex % 2u) * 4.0 - 1.0, f32(vertex / 2u) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 fn color_of(object: u32, atom: u32) -> vec3<f32> {
     let bytes = vec3<u32>(0u, 8u, 16u);
     let a = (vec3<u32>(atom_rgba[atom]) >> bytes) & vec3<u32>(255u);
@@ -14,9 +9,8 @@ fn color_of(object: u32, atom: u32) -> vec3<f32> {
     return vec3<f32>((a * b + 127u) / 255u) / 255.0;
 }
 
-@fragment
-fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let seen = seen_at(vec2<u32>(position.xy));
+fn shaded(pixel: vec2<u32>) -> vec4<f32> {
+    let seen = seen_at(pixel);
     if !seen.covered {
         return vec4<f32>();
     }
