@@ -89,41 +89,49 @@ mod tests {
         rgb.chunks_exact(3).collect::<BTreeSet<_>>().len()
     }
 
-    /// Pixels of a picture 61 wide and 47 high.
+    /// Pixels of a picture 183 wide and 141 high.
     fn picture(colour: impl Fn(u32, u32) -> [u8; 3]) -> Vec<u8> {
-        (0..47).flat_map(|y| (0..61).map(move |x| (x, y))).flat_map(|(x, y)| colour(x, y)).collect()
+        (0..141)
+            .flat_map(|y| (0..183).map(move |x| (x, y)))
+            .flat_map(|(x, y)| colour(x, y))
+            .collect()
     }
 
     #[track_caller]
     fn comes_back(rgb: &[u8], stored: (png::ColorType, png::BitDepth)) {
-        let file = encode(rgb.to_vec(), 61, 47, "20 × 30 px\nsecond line").unwrap();
+        let file = encode(rgb.to_vec(), 183, 141, "20 × 30 px\nsecond line").unwrap();
         let text = "20 × 30 px\nsecond line".to_owned();
-        assert!(decode(&file) == (rgb.to_vec(), (61, 47), stored, text), "{:?}", decode(&file).2);
-        assert_eq!(encode(rgb.to_vec(), 61, 47, "20 × 30 px\nsecond line").unwrap(), file);
+        assert!(decode(&file) == (rgb.to_vec(), (183, 141), stored, text), "{:?}", decode(&file).2);
+        assert_eq!(encode(rgb.to_vec(), 183, 141, "20 × 30 px\nsecond line").unwrap(), file);
+    }
+
+    /// One of so many colours for each pixel, without a pattern that a row filter could take away.
+    fn scattered(colours: u32) -> Vec<u8> {
+        picture(|x, y| {
+            let which = ((x * 7919 + y * 104_729).wrapping_mul(2_654_435_761) >> 16) % colours;
+            [(which * 37) as u8, (which * 91) as u8, (which * which) as u8]
+        })
     }
 
     #[test]
     fn few_colours_make_a_palette() {
-        let many = picture(|x, y| [(x * 4) as u8, (y % 4) as u8, 7]);
-        assert_eq!(colours(&many), 244);
-        comes_back(&many, (png::ColorType::Indexed, png::BitDepth::Eight));
-        let few = picture(|x, y| [(x / 5) as u8, 30, (y % 47 / 46) as u8]);
-        assert_eq!(colours(&few), 26);
-        comes_back(&few, (png::ColorType::Indexed, png::BitDepth::Eight));
-        let fewest = picture(|x, y| [[255, 255, 255], [9, 80, 200]][((x ^ y) / 8 % 2) as usize]);
-        comes_back(&fewest, (png::ColorType::Indexed, png::BitDepth::One));
+        for (number, depth) in [(256, 8), (200, 8), (16, 4), (2, 1)] {
+            let rgb = scattered(number);
+            assert_eq!(colours(&rgb), number as usize);
+            comes_back(&rgb, (png::ColorType::Indexed, png::BitDepth::from_u8(depth).unwrap()));
+        }
     }
 
     #[test]
     fn many_colours_stay_true() {
-        let rgb = picture(|x, y| [(x * 4) as u8, (y * 5) as u8, (x ^ y) as u8]);
-        assert_eq!(colours(&rgb), 61 * 47);
+        let rgb = picture(|x, y| [x as u8, y as u8, (x ^ y) as u8]);
+        assert_eq!(colours(&rgb), 183 * 141);
         comes_back(&rgb, (png::ColorType::Rgb, png::BitDepth::Eight));
     }
 
     #[test]
     fn greys_take_a_byte() {
-        let rgb = picture(|x, y| [(x * 3 + y) as u8; 3]);
+        let rgb = picture(|x, y| [(x + y) as u8; 3]);
         comes_back(&rgb, (png::ColorType::Grayscale, png::BitDepth::Eight));
     }
 
