@@ -14,6 +14,7 @@ pub mod figures;
 mod generate;
 mod mechanism;
 mod output;
+mod png_file;
 pub mod published;
 mod render;
 mod series;

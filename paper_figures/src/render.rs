@@ -7,6 +7,7 @@ use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
 use crate::FigureError;
 use crate::canvas::{Anchor, Canvas, Colour, FONT, Item, PLOTTERS_SIZE_PER_EM, text_width};
+use crate::png_file;
 
 /// Both outputs are drawn on a grid this much finer than the page, so that what an SVG rounds to
 /// whole units is rounded to half a pixel.
@@ -57,6 +58,7 @@ fn draw<DB: DrawingBackend>(
                 let (centre, radius) = (units(*centre), unit(*radius) as u32);
                 backend.draw_circle(centre, radius, &rgb(*colour), true).map_err(failed)?;
             }
+            Item::Text { text, .. } if text.is_empty() => {}
             Item::Text { at, size_px, colour, anchor, upwards, text } => {
                 text_width("", *size_px)?;
                 let h_pos = match anchor {
@@ -91,7 +93,11 @@ pub(crate) fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureEr
     draw(canvas, &mut SVGBackend::with_string(&mut text, size), 0.1)?;
     // The grid is finer than the page: the view box stays, the natural size is the page's.
     let fine = format!("width=\"{}\" height=\"{}\" viewBox", size.0, size.1);
-    let page = format!("width=\"{}\" height=\"{}\" viewBox", canvas.width_px, canvas.height_px);
+    let page = format!(
+        "width=\"{}\" height=\"{}\" font-family=\"{FONT}\" viewBox",
+        canvas.width_px, canvas.height_px
+    );
+    let text: String = text.lines().map(|line| slim(line) + "\n").collect();
     let text = text.replacen(&fine, &page, 1);
     let (Some(head), Some(end)) = (text.find('>'), text.rfind("</svg>")) else {
         return Err(FigureError::Draw("plotters wrote no SVG element".to_owned()));
@@ -100,7 +106,7 @@ pub(crate) fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureEr
     for item in &canvas.items {
         let Item::Picture { at, width_px, rgb } = item else { continue };
         let height_px = rgb.len() / 3 / width_px.max(&1);
-        let png = encode(rgb, *width_px as u32, height_px as u32, "")?;
+        let png = png_file::encode(rgb.clone(), *width_px as u32, height_px as u32, "")?;
         let (x, y) = units(*at);
         pictures += &format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width_px}\" height=\"{height_px}\" \
@@ -111,6 +117,26 @@ pub(crate) fn svg(canvas: &Canvas, description: &str) -> Result<String, FigureEr
     let description = escape(description);
     let (head, body) = (&text[..=head], &text[head + 1..end]);
     Ok(format!("{head}\n<desc>{description}</desc>{body}{pictures}</svg>\n"))
+}
+
+/// A line that plotters wrote, without what an SVG says anyway: that nothing is transparent, the font
+/// that the root element names once, and digits of a font size that are but rounding.
+///
+/// Plotters writes each tag in a line of its own and escapes what is in a text.
+fn slim(line: &str) -> String {
+    if !line.starts_with('<') {
+        return line.to_owned();
+    }
+    let family = format!(" font-family=\"{FONT}\"");
+    let line = line.replace(" opacity=\"1\"", "").replace(&family, "");
+    const SIZE: &str = " font-size=\"";
+    let Some((before, (size, after))) =
+        line.split_once(SIZE).and_then(|(before, rest)| Some((before, rest.split_once('"')?)))
+    else {
+        return line;
+    };
+    let Ok(number) = size.parse::<f64>() else { return line };
+    format!("{before}{SIZE}{}\"{after}", (number * 1000.0).round() / 1000.0)
 }
 
 /// The canvas as PNG with two pixels a unit. `description` is put into a text chunk.
@@ -131,23 +157,7 @@ pub(crate) fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureE
             }
         }
     }
-    encode(&pixels, width, height, description)
-}
-
-fn encode(rgb: &[u8], width: u32, height: u32, description: &str) -> Result<Vec<u8>, FigureError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
-    if !description.is_empty() {
-        let key = "Description".to_owned();
-        encoder.add_itxt_chunk(key, description.to_owned()).map_err(failed)?;
-    }
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(rgb).map_err(failed)?;
-    writer.finish().map_err(failed)?;
-    Ok(bytes)
+    png_file::encode(pixels, width, height, description)
 }
 
 fn escape(text: &str) -> String {
@@ -173,7 +183,18 @@ fn base64(bytes: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::base64;
+    use super::{base64, slim};
+
+    #[test]
+    fn an_svg_says_nothing_twice() {
+        let tag =
+            r#"<text x="4" font-family="sans-serif" font-size="26.000000000000004" opacity="1">"#;
+        assert_eq!(slim(tag), r#"<text x="4" font-size="26">"#);
+        let faint = r##"<rect x="0" opacity="0.5" fill="#FFFFFF"/>"##;
+        assert_eq!(slim(faint), faint);
+        let written = r#"text of opacity="1""#;
+        assert_eq!(slim(written), written);
+    }
 
     #[test]
     fn base64_pads() {
