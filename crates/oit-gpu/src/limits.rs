@@ -24,6 +24,8 @@ pub(crate) struct Limits {
     pub(crate) workgroup_size: [u32; 3],
     pub(crate) workgroup_invocations: u32,
     pub(crate) workgroup_bytes: u64,
+    /// Bytes of the arrays that a function keeps, where that is known beforehand.
+    pub(crate) function_array_bytes: u64,
     pub(crate) target_px: u32,
     pub(crate) color_attachments: u32,
     /// Bytes of a pixel in all colour targets of a pass, as [`render_bytes`] adds them up.
@@ -134,6 +136,8 @@ impl Limits {
             within(what, storage, self.storage_bindings_per_stage, "storage buffers of a stage")?;
             within(what, textures, self.textures_per_stage, "textures of a stage")?;
         }
+        let (arrays, limit) = (reflection.function_array_bytes(), self.function_array_bytes);
+        within(|| "a function".to_owned(), arrays, limit, "bytes of arrays")?;
         within(|| "the shader".to_owned(), reflection.groups(kind), self.groups, "bind groups")
     }
 

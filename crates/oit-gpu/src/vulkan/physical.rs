@@ -268,6 +268,8 @@ fn limits(
         workgroup_size: limits.max_compute_work_group_size,
         workgroup_invocations: limits.max_compute_work_group_invocations,
         workgroup_bytes: u64::from(limits.max_compute_shared_memory_size),
+        // Found when a pipeline is made: see `not_compiled`.
+        function_array_bytes: u64::MAX,
         target_px: [
             limits.max_image_dimension2_d,
             limits.max_framebuffer_width,

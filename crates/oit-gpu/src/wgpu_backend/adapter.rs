@@ -8,6 +8,9 @@ use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet};
 use oit_record::{DeviceInfo, Unsupported};
 use wgpu::{DownlevelFlags, Features};
 
+/// NVIDIA's number as a PCI vendor.
+const NVIDIA: u32 = 0x10DE;
+
 /// What is enabled where it is offered.
 const WANTED: Features = Features::TIMESTAMP_QUERY
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
@@ -158,6 +161,8 @@ fn limits(
         ],
         workgroup_invocations: limits.max_compute_invocations_per_workgroup,
         workgroup_bytes: u64::from(limits.max_compute_workgroup_storage_size),
+        // NVIDIA's compiler (580) refuses 16 KiB, and wgpu loses the device by it.
+        function_array_bytes: if told.vendor == NVIDIA { (16 << 10) - 1 } else { u64::MAX },
         target_px: limits.max_texture_dimension_2d,
         color_attachments: limits.max_color_attachments,
         color_bytes: limits.max_color_attachment_bytes_per_sample,
