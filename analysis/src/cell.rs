@@ -10,7 +10,8 @@ use crate::{AnalysisError, RESOLVE, TOTAL, Technique};
 /// What became of a cell. Only [`State::Charted`] cells have times in summaries and figures.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum State {
-    /// Exact or approximate as it should be, and has all its samples.
+    /// Exact or approximate as it should be, and has its samples, or most of them where the run was
+    /// ended.
     Charted,
     /// Must be exact and is not.
     Wrong,
@@ -18,7 +19,7 @@ pub enum State {
     Skipped,
     /// It broke.
     Failed,
-    /// It was verified and lacks samples.
+    /// It was verified and lacks too many samples.
     Incomplete,
     /// It has not been verified.
     Unverified,
@@ -148,10 +149,10 @@ pub(crate) fn collect(
             | Event::Finished { .. } => {}
         }
     }
-    // A run takes its samples in rounds over the techniques of a group. Until it is finished, only
-    // cells with as many samples as the fullest cell of the run are known to have all of theirs.
+    // A run takes its samples in rounds over the techniques of a group. Where it was ended, a cell needs
+    // most of the samples of the run's fullest: the interval of its median tells how sure the rest are.
     let most = raw.iter().map(BTreeMap::len).max().unwrap_or(0);
-    let needed = if record.finished() { 1 } else { most.max(1) };
+    let needed = if record.finished() { 1 } else { (most / 2 + 1).min(most).max(1) };
     let results = record.run.cells.iter().enumerate().zip(raw).map(|((cell, name), raw)| {
         let verification = verified[cell].take();
         let verdict = verification.as_ref().map(|verification| verification.verdict);

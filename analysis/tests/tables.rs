@@ -196,6 +196,18 @@ fn only_whole_and_right_cells_have_times() {
 }
 
 #[test]
+fn a_run_that_was_ended_keeps_cells_with_most_of_their_samples() {
+    let stages: &[(&str, u64)] = &[("resolve", 7)];
+    let mut events: Vec<Event> = (0..4).map(|cell| verified(cell, Verdict::Exact)).collect();
+    for (cell, samples) in [(0, 5), (1, 4), (2, 3), (3, 2)] {
+        events.extend((0..samples).map(|number| sample(cell, number, stages, 9)));
+    }
+    let tables = load(&[record("a", &["a", "b", "c", "d"], events)]).unwrap();
+    let states: Vec<State> = tables.results.iter().map(|cell| cell.state).collect();
+    assert_eq!(states, [State::Charted, State::Charted, State::Charted, State::Incomplete]);
+}
+
+#[test]
 fn the_rms_error_of_an_exact_picture_is_none() {
     let events = vec![verified(0, Verdict::Exact), verified(1, Verdict::Approximate)];
     let tables = load(&[record("a", &["a", "b"], events)]).unwrap();

@@ -5,6 +5,8 @@ use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingErrorKind};
+
 use crate::FigureError;
 use crate::canvas::{Anchor, Canvas, Colour, FONT, Item, PLOTTERS_SIZE_PER_EM, text_width};
 use crate::png_file;
@@ -146,7 +148,8 @@ fn slim(line: &str) -> String {
 pub(crate) fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureError> {
     let (width, height) = (unit(canvas.width_px) as u32, unit(canvas.height_px) as u32);
     let mut pixels = vec![0; width as usize * height as usize * 3];
-    draw(canvas, &mut BitMapBackend::with_buffer(&mut pixels, (width, height)), 0.24)?;
+    let bitmap = BitMapBackend::with_buffer(&mut pixels, (width, height));
+    draw(canvas, &mut FewShades(bitmap), 0.24)?;
     for item in &canvas.items {
         let Item::Picture { at, width_px, rgb } = item else { continue };
         let (x, y) = (unit(at.0) as usize, unit(at.1) as usize);
@@ -158,6 +161,59 @@ pub(crate) fn png(canvas: &Canvas, description: &str) -> Result<Vec<u8>, FigureE
         }
     }
     png_file::encode(pixels, width, height, description)
+}
+
+/// How many shades an edge has between what lies below and itself. Few of them look like many, and
+/// leave a page with no more colours than a palette holds: its file is then half as long.
+const EDGE_SHADES: f64 = 8.0;
+
+/// A bitmap on which edges of text and areas have few shades.
+struct FewShades<'a>(BitMapBackend<'a>);
+
+type BitMapError<'a> = <BitMapBackend<'a> as DrawingBackend>::ErrorType;
+
+impl<'a> DrawingBackend for FewShades<'a> {
+    type ErrorType = BitMapError<'a>;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.0.get_size()
+    }
+
+    fn ensure_prepared(&mut self) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
+        self.0.ensure_prepared()
+    }
+
+    fn present(&mut self) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
+        self.0.present()
+    }
+
+    fn draw_pixel(
+        &mut self,
+        point: BackendCoord,
+        mut color: BackendColor,
+    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
+        color.alpha = (color.alpha * EDGE_SHADES).round() / EDGE_SHADES;
+        self.0.draw_pixel(point, color)
+    }
+
+    fn draw_line<S: BackendStyle>(
+        &mut self,
+        from: BackendCoord,
+        to: BackendCoord,
+        style: &S,
+    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
+        self.0.draw_line(from, to, style)
+    }
+
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        upper_left: BackendCoord,
+        bottom_right: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Result<(), DrawingErrorKind<Self::ErrorType>> {
+        self.0.draw_rect(upper_left, bottom_right, style, fill)
+    }
 }
 
 fn escape(text: &str) -> String {

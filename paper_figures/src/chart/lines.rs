@@ -92,7 +92,7 @@ pub(crate) struct LinePanel {
     pub title: String,
     /// The horizontal axis.
     pub x: Scale,
-    /// The vertical axis; its title is part of the heading.
+    /// The vertical axis; its title stands below the heading, where it says something else.
     pub y: Scale,
     /// A value of y with a line of its own across the panel.
     pub across: Option<f64>,
@@ -135,7 +135,9 @@ impl Lines {
         let (plot, plot_top) = (left + LEFT_PX, top + HEAD_PX);
         let (right, bottom) = (plot + PLOT_WIDTH_PX, plot_top + self.plot_px());
         canvas.text((left, top + 8.0), LABEL_PX, INK, Anchor::Start, &panel.title);
-        canvas.text((left, top + 24.0), SMALL_PX, MUTED, Anchor::Start, &panel.y.title);
+        if panel.y.title != panel.title {
+            canvas.text((left, top + 24.0), SMALL_PX, MUTED, Anchor::Start, &panel.y.title);
+        }
         let x_axis = panel.x.axis(plot + 8.0, right - 4.0);
         let y_axis = panel.y.axis(bottom, plot_top);
         let marks = panel.x.marks(&x_axis).into_iter().map(|value| (x_axis.at(value), value));

@@ -27,13 +27,21 @@ pub(super) struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    /// What a device's records hold of some techniques.
-    pub(super) fn new(tables: &'a Tables, device: &'a str, techniques: &[&str]) -> Self {
+    /// What a device's records hold of some techniques; of those whose work was counted alone, if that
+    /// is asked for.
+    pub(super) fn new(
+        tables: &'a Tables,
+        device: &'a str,
+        techniques: &[&str],
+        counted: bool,
+    ) -> Self {
         let coordinates: Vec<String> =
             techniques.iter().flat_map(|technique| coordinates(technique)).collect();
         let mut measured = Self { tables, device, groups: Vec::new(), coordinates };
-        measured.groups =
-            measured.groups(|cell| measured.coordinates.contains(&cell.name.technique));
+        measured.groups = measured.groups(|cell| {
+            let asked = measured.coordinates.contains(&cell.name.technique);
+            asked && (!counted || !cell.work.is_empty())
+        });
         measured
     }
 

@@ -6,6 +6,7 @@ use analysis::Tables;
 
 use super::measured::Measured;
 use super::paper::Paper;
+use super::rule::Rule;
 use super::{Claim, ClaimKind, Finding, all};
 use crate::FigureError;
 use crate::axis::{number, three_digits};
@@ -76,7 +77,9 @@ pub fn verdicts(tables: &Tables) -> Result<Vec<Verdict>, FigureError> {
     for device in devices {
         for file in &claims {
             for claim in &file.claims {
-                let measured = Measured::new(tables, &device, &claim.rule.techniques());
+                let rule = &claim.rule;
+                let counted = matches!(rule, Rule::Work { .. });
+                let measured = Measured::new(tables, &device, &rule.techniques(), counted);
                 verdicts.push(Verdict {
                     device: device.clone(),
                     paper: file.paper.clone(),

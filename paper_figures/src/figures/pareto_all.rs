@@ -76,7 +76,7 @@ fn fastest_exact_ms(cells: &[&CellResult]) -> Option<f64> {
     exact.filter_map(|cell| cell.median_ms(TOTAL)).filter(|ms| *ms > 0.0).min_by(f64::total_cmp)
 }
 
-/// Every technique that is on at least half of the scenes, and how many scenes there are.
+/// Every technique that is on at least a third of the scenes, and how many scenes there are.
 fn overall<'a>(groups: &[Group<'a>]) -> (Vec<Overall<'a>>, usize) {
     let mut found: BTreeMap<&str, (&Technique, BTreeMap<&str, OnScene>)> = BTreeMap::new();
     let mut scenes: Vec<&str> = Vec::new();
@@ -106,7 +106,7 @@ fn overall<'a>(groups: &[Group<'a>]) -> (Vec<Overall<'a>>, usize) {
     scenes.dedup();
     let most = scenes.len();
     let all =
-        found.into_iter().filter(|(_, (_, on))| on.len() >= LEAST_SCENES && 2 * on.len() >= most);
+        found.into_iter().filter(|(_, (_, on))| on.len() >= LEAST_SCENES && 3 * on.len() >= most);
     let all = all.map(|(name, (technique, on))| {
         let over = |of: &dyn Fn(&OnScene) -> f64| on.values().map(of).collect::<Vec<f64>>();
         let ratios = over(&|on| geometric_mean(&on.ratios));
@@ -218,7 +218,7 @@ fn output(device: &str, groups: &[Group]) -> Option<Output> {
         notes: vec![
             "Each time is over that of the fastest exact technique of the same view and run; over a \
              scene's views and then over scenes these are averaged geometrically, and so is memory. \
-             Errors are the worst of all. A technique stands here if it was measured on at least half \
+             Errors are the worst of all. A technique stands here if it was measured on at least a third \
              of the scenes; one that is exact on all stands on the axis at zero. Marked: no other is \
              both faster and nearer to exact."
                 .to_owned(),

@@ -289,7 +289,7 @@ impl Pipelines {
 
 /// Arrays of a function that every driver so far has compiled. NVIDIA's (580) gives an unknown error for
 /// 16 KiB and says of no limit beforehand.
-const COMPILED_ARRAY_BYTES: u64 = 8 << 10;
+const COMPILED_ARRAY_BYTES: u64 = 12 << 10;
 
 /// Why a pipeline could not be made: where a shader keeps large arrays, that this is more than the
 /// driver has room for.
