@@ -265,7 +265,8 @@ fn not_worse_than_in_any_order(
                 }
             }
             _ => {
-                fragments.sort_by_key(|own| SplitMix64::new(first ^ u64::from(own.rgba)).next_u64())
+                fragments
+                    .sort_by_key(|own| SplitMix64::new(first ^ u64::from(own.rgba)).next_u64());
             }
         });
         worst = worst.max(rmse(&method.twin(size, &shuffled), &view.exact));
