@@ -137,7 +137,8 @@ impl Measured {
 
 impl Evidence {
     /// What runs say, one for each device, in the order of their names. Cells that are wrong, and those
-    /// without samples, say nothing. Frames of camera paths are left out: they are many, and alike.
+    /// of fewer than two samples, say nothing: experiments that take one ask for other things than time.
+    /// Frames of camera paths are left out: they are many, and alike.
     #[must_use]
     pub fn of_records(records: &[Record]) -> Vec<Self> {
         let mut devices: BTreeMap<(String, String), Self> = BTreeMap::new();
@@ -204,7 +205,7 @@ impl Evidence {
                 continue;
             };
             let Some(total_ns) = median(&totals).filter(|ns| *ns > 0.0) else { continue };
-            if result.verdict == Verdict::Wrong {
+            if result.verdict == Verdict::Wrong || totals.len() < 2 {
                 continue;
             }
             let technique = result.tuned.clone().unwrap_or_else(|| cell.technique.clone());

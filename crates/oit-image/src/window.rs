@@ -18,6 +18,13 @@ pub struct Window {
 }
 
 impl Window {
+    /// The middle of a frame, of at most these columns and rows.
+    #[must_use]
+    pub fn middle(frame_width: u32, frame_height: u32, width: u32, height: u32) -> Self {
+        let (width, height) = (width.min(frame_width), height.min(frame_height));
+        Self { x: (frame_width - width) / 2, y: (frame_height - height) / 2, width, height }
+    }
+
     /// The window of at most `width` x `height` pixels that holds the most fragments: of equal ones
     /// the topmost, and of these the leftmost. `counts` are those of a frame `frame_width` pixels wide,
     /// row by row; what is beyond its last whole row is left out. A frame that is smaller is the
@@ -56,6 +63,13 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_middle_lies_in_the_middle() {
+        let found = Window::middle(9, 8, 5, 3);
+        assert_eq!(found, Window { x: 2, y: 2, width: 5, height: 3 });
+        assert_eq!(Window::middle(4, 2, 5, 3), Window { x: 0, y: 0, width: 4, height: 2 });
+    }
 
     #[test]
     fn the_window_with_the_most_is_found() {

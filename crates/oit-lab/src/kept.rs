@@ -28,7 +28,8 @@ pub(crate) fn stem(folder: &Path, cell: &Cell) -> PathBuf {
 ///
 /// - `.picture.png`: the picture over white. Each of its pixels is the mean of a square block of the
 ///   frame's, of the least size with which the file is below [`MOST_BYTES`].
-/// - `.detail.png`: the window of [`DETAIL_PX`] with the most fragments, pixel by pixel.
+/// - `.detail.png`: the window of [`DETAIL_PX`] with the most fragments, or the middle where none are
+///   counted, pixel by pixel.
 /// - `.error.png`: the largest error of a colour channel against `right` in 255ths, 16-bit grey, the
 ///   largest of each block.
 ///
@@ -53,7 +54,11 @@ pub(crate) fn keep(
         });
         write_png16_gray(&error, width, height, &largest)
     })?;
-    let window = Window::densest(counts, image.width, DETAIL_PX.0, DETAIL_PX.1);
+    let window = if counts.iter().any(|&count| count > 0) {
+        Window::densest(counts, image.width, DETAIL_PX.0, DETAIL_PX.1)
+    } else {
+        Window::middle(image.width, image.height, DETAIL_PX.0, DETAIL_PX.1)
+    };
     write_png(&path(".detail.png"), &cut(image, window), WHITE)
 }
 

@@ -45,6 +45,13 @@ pub(super) struct Errors {
 const BRIGHTEST: u16 = 32;
 
 impl Rgb {
+    /// Whether all of it is of one colour: there is nothing to be seen.
+    pub(super) fn is_blank(&self) -> bool {
+        let mut pixels = self.bytes.chunks_exact(3);
+        let first = pixels.next();
+        pixels.all(|pixel| Some(pixel) == first)
+    }
+
     /// The picture for a chart.
     pub(super) fn titled(self, title: &str) -> Picture {
         Picture { title: title.to_owned(), width: self.width, rgb: self.bytes }

@@ -85,7 +85,8 @@ fn overall<'a>(groups: &[Group<'a>]) -> (Vec<Overall<'a>>, usize) {
         let Some(fastest_ms) = fastest_exact_ms(&cells) else { continue };
         let scene = scene_name(group.scene);
         scenes.push(scene);
-        for cell in cells {
+        // Blending unsorted is the floor of times, not a choice between time and error.
+        for cell in cells.into_iter().filter(|cell| !is_floor(&cell.technique.sort)) {
             let (Some(ms), Some(rmse), Some(verification)) =
                 (cell.median_ms(TOTAL).filter(|ms| *ms > 0.0), cell.rmse(), &cell.verification)
             else {

@@ -62,11 +62,14 @@ fn output(group: &Group) -> Result<Output, FigureError> {
                 said.tied_px,
                 number(said.max_error)
             ),
-            pictures: vec![
-                kept.picture.titled("Its picture"),
-                kept.detail.titled("A detail, pixel by pixel"),
-                kept.error.map("Errors of colour, rims of spheres included"),
-            ],
+            pictures: [
+                Some(kept.picture.titled("Its picture")),
+                (!kept.detail.is_blank()).then(|| kept.detail.titled("A detail, pixel by pixel")),
+                Some(kept.error.map("Errors of colour, rims of spheres included")),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
         });
     }
     let table = Table {
